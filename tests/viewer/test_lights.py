@@ -138,7 +138,7 @@ def test_a_group_is_all_its_lights_and_a_light_beside_it_its_own(viewer: Viewer)
 
 def test_every_led_but_those_of_ears_and_head_has_a_light_of_its_own(viewer: Viewer) -> None:
     with VirtualNao(viewer.robot, stepped=True) as robot:
-        for number, led in enumerate(robot.call("ALLeds", "listLEDs")):
+        for number, led in enumerate(robot.state().leds):
             robot.call("ALLeds", "fadeRGB", led, number / 100.0, 0.0, 1.0 - number / 100.0, 0.0)
         leds = robot.state().leds
     colours = light_colours(leds)
