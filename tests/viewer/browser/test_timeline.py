@@ -300,6 +300,8 @@ def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, na
     )
     bones[1, 1, 1] = np.nan
     viewer.animate(q, 10.0, play=False, figure=bones)
+    viewer.plot("force", 1.0)
+    viewer.plot("force", 2.0)
     places = """(time) => {
         const { player } = naoKin;
         player.seek(time);
@@ -315,6 +317,9 @@ def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, na
             np.testing.assert_allclose(found["rod0"][1], [1.0, 0.4, 1.0], atol=1e-6)
             np.testing.assert_allclose(found["end0"][0], [0.1 * k, 0.5, 0.6], atol=1e-6)
             assert (found["rod1"][1][0] < 1e-3) == (k == 1)
+        # Plots would take its room, and it is in the picture at all times.
+        assert not page.tab.locator(".plots").is_visible()
+        assert page.run("() => (naoKin.player.seek(0), naoKin.player.figure.bounds().max.x)") > 0.4
         assert page.run("() => (naoKin.player.unload(), naoKin.player.figure)") is None
     for wrong in (bones[:2], bones[..., :2], np.zeros((3, 0, 2, 3))):
         with pytest.raises(WrongShape, match="figure must have shape"):

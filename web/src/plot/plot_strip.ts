@@ -184,10 +184,11 @@ export class PlotStrip {
     return this.player.page.pick.selection.read;
   }
 
-  /** Close plots that the program has opened if the picture has less than half the height beside them. */
+  /** Close plots that the program has opened if the picture has less than half the height, or shows a person too. */
   giveWay() {
-    const { pane } = this.player.page;
-    if (!this.asked && 2 * pane.clientHeight < (pane.parentElement as HTMLElement).clientHeight) this.open(false);
+    const { figure, page } = this.player;
+    const small = 2 * page.pane.clientHeight < (page.pane.parentElement as HTMLElement).clientHeight;
+    if (!this.asked && (small || figure)) this.open(false);
   }
 
   setTime() {

@@ -21,6 +21,17 @@ export class Figure {
     this.mixer.update(0);
   }
 
+  /** The box around it at all times. */
+  bounds() {
+    const [{ time }, box] = [this.action, new THREE.Box3()];
+    for (let i = 0; i <= 50; i++) {
+      this.show((i / 50) * this.action.getClip().duration);
+      box.expandByObject(this.object);
+    }
+    this.show(time);
+    return box;
+  }
+
   remove() {
     dispose(this.object);
   }

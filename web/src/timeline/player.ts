@@ -98,12 +98,8 @@ export class Player extends EventTarget {
     this.unload();
     const { reports, stance, viewer } = this.page;
     const motion = new Motion(times, q, handles ? "bezier" : "linear", handles ?? []);
-    const directions =
-      ups &&
-      new Motion(
-        Array.from({ length: ups.length / 3 }, (_, i) => i / fps),
-        ups,
-      );
+    const moments = Array.from({ length: (ups?.length ?? 0) / 3 }, (_, i) => i / fps);
+    const directions = ups && new Motion(moments, ups);
     this.figure = figure && new Figure(figure, viewer.scene);
     this.looping = loop;
     this.program = new MotionPlayback(motion, (shown, time) => {
