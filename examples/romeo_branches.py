@@ -19,7 +19,7 @@ try:
     q = romeo.neutral()
     q[[romeo.joint_names.index(joint) for joint in JOINTS]] = 0.6, 0.4, -0.7, -0.9, 0.3, 0.2, -0.2
     T_torso_wrist = romeo.fk(q, "LWristPitch", reference="torso")
-    arm = {"robot": romeo, "frame": "LWristPitch", "T": T_torso_wrist, "reference": "torso"}
+    arm = {"robot": romeo, "frame": "LWristPitch", "target": T_torso_wrist, "reference": "torso"}
     free = nk.ik.analytic(**arm, locked={"LWristRoll": 0.3}, limits="ignore")
 except nk.errors.MissingExtra as error:
     sys.exit(str(error))
