@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from public_names import called
-from syntax import statements
+from syntax import statements, within
 
 ROOT = Path(__file__).resolve().parents[2]
 # A call in a text that is no module: an example of a docstring, or a page.
@@ -20,7 +20,7 @@ CALL = re.compile(r"(\w+)\(((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)")
 
 def calls_in(text: str) -> Iterator[tuple[str, int, list[str]]]:
     """Yield the calls of a module: the function's name, the number of arguments without names, and those with."""
-    nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call | ast.Dict | ast.FunctionDef)]
+    nodes = [node for node in within(ast.parse(text)) if isinstance(node, ast.Call | ast.Dict | ast.FunctionDef)]
     yield from calls_with_options(nodes)
     for node in nodes:
         if isinstance(node, ast.Call):
