@@ -319,7 +319,9 @@ def test_a_figure_moves_with_the_robot_and_leaves_with_its_clip(browser: Any, na
             assert (found["rod1"][1][0] < 1e-3) == (k == 1)
         # Plots would take its room, and it is in the picture at all times.
         assert not page.tab.locator(".plots").is_visible()
-        assert page.run("() => (naoKin.player.seek(0), naoKin.player.figure.bounds().max.x)") > 0.4
+        far = page.run("() => (naoKin.player.seek(0), naoKin.player.figure.box.max.toArray())")
+        assert far[0] > 0.4
+        assert 0.6 < far[1] < 0.65  # in the world of the page, up is y
         assert page.run("() => (naoKin.player.unload(), naoKin.player.figure)") is None
     for wrong in (bones[:2], bones[..., :2], np.zeros((3, 0, 2, 3))):
         with pytest.raises(WrongShape, match="figure must have shape"):

@@ -81,7 +81,7 @@ export class OtherRobots {
     const box = this.page.robot.box(links);
     if (links.length > 0) return box;
     const { ghosts, player, reach } = this.page;
-    if (player.figure) box.union(player.figure.bounds());
+    if (player.figure) box.union(player.figure.box);
     if (ghosts) box.union(ghosts.box).union(reach.bounds);
     for (const { shown, visible } of this.robots.values()) {
       if (!visible) continue;

@@ -8,28 +8,23 @@ export class Figure {
   object: Object3D;
   mixer: THREE.AnimationMixer;
   action: THREE.AnimationAction;
+  /** The box around it at all times. */
+  box = new THREE.Box3();
 
   constructor({ object, clip }: { object: object; clip: object }, scene: Scene) {
     this.object = new THREE.ObjectLoader().parse(object);
     this.mixer = new THREE.AnimationMixer(this.object);
     this.action = this.mixer.clipAction(THREE.AnimationClip.parse(clip)).play();
     scene.add(this.object);
+    for (let i = 0; i <= 50; i++) {
+      this.show((i / 50) * this.action.getClip().duration);
+      this.box.expandByObject(this.object);
+    }
   }
 
   show(time: number) {
     this.action.time = Math.min(time, this.action.getClip().duration);
     this.mixer.update(0);
-  }
-
-  /** The box around it at all times. */
-  bounds() {
-    const [{ time }, box] = [this.action, new THREE.Box3()];
-    for (let i = 0; i <= 50; i++) {
-      this.show((i / 50) * this.action.getClip().duration);
-      box.expandByObject(this.object);
-    }
-    this.show(time);
-    return box;
   }
 
   remove() {
