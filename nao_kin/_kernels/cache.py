@@ -279,6 +279,11 @@ class CachedKernel:
         register_functions()
         signature = self._signature()
         compiled = numba.njit(nogil=True, error_model="numpy")(self._function)
+
+        def compile_now() -> None:
+            with as_parts_of(self._function.__qualname__):
+                compiled.compile(signature)
+
         try:
             if self.file is None:
                 raise OSError("no home directory, or no source of the kernels")
@@ -288,16 +293,14 @@ class CachedKernel:
                     with locked(folder, "lock", int(self.file.stem, 16) >> 1, wait):
                         if not self._load(folder, compiled):
                             _print_once(f"compiling {self._what}, once on this machine …")
-                            with as_parts_of(self._function.__qualname__):
-                                compiled.compile(signature)
+                            compile_now()
                             self._store(folder, compiled)
             self._folder = self.file.parent
         except OSError as error:
             _warn_not_cached(f"{quoted(str(self.file.parent))}: {error}" if self.file else str(error))
         if not compiled.overloads:
             _print_once(f"compiling {self._what} …")
-            with as_parts_of(self._function.__qualname__):
-                compiled.compile(signature)
+            compile_now()
         compiled.disable_compile()
         self.entry_point = next(iter(compiled.overloads.values())).entry_point
         return compiled  # type: ignore[no-any-return]
