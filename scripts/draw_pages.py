@@ -23,12 +23,14 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import trimesh
 from people_and_robots import TAKES
 from PIL import Image
 from walk_and_draw import last_pose
 
 import nao_kin as nk
 from nao_kin._core.process import find_browsers
+from nao_kin.cli.naoqi import camera_pictures
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
@@ -128,6 +130,22 @@ def lights() -> Image.Image:
             viewer.show_lights(nk.naoqi.light_colours(state.leds))
             part = shot(viewer, (2400, 1900), "three-quarter").crop((720, 170, 2280, 990))
     return part.resize((960, round(960 * part.height / part.width)), Image.Resampling.LANCZOS)
+
+
+def virtual_camera() -> Image.Image:
+    """Draw what both cameras of the virtual NAO see while its right hand points at a ball."""
+    viewer = nk.Viewer(nk.load_nao(base="floating"))
+    ball, shape = [0.42, -0.06, 0.05], trimesh.creation.icosphere(4, 0.05)
+    viewer.add_mesh("ball", shape.vertices + ball, shape.faces, color=[0.9, 0.05, 0.05])
+    viewer.add_mesh("far", shape.vertices + np.array([1.5, 0.25, 0.05]), shape.faces, color=[0.95, 0.6, 0.0])
+    drawn = camera_pictures(lambda: viewer)
+    with viewer, nk.naoqi.VirtualNao(stepped=True, posture="Stand") as robot:
+        robot.call("ALMotion", "wakeUp")
+        robot.call("ALTracker", "pointAt", "RArm", ball, 2, 0.5)  # in FRAME_ROBOT
+        robot.call("ALMotion", "angleInterpolation", ["HeadPitch", "RHand"], [0.25, 1.0], 1.0, True)
+        return beside(
+            [Image.fromarray(drawn(robot.state(), camera, (480, 360))) for camera in robot.robot.semantics.cameras]
+        )
 
 
 def old_script() -> Image.Image:
@@ -235,6 +253,7 @@ PICTURES: dict[str, Callable[[], Image.Image]] = {
     "ghosts": ghosts,
     **{f"imitation_{name}": partial(imitation, name) for name in TAKES},
     "lights": lights,
+    "virtual_camera": virtual_camera,
     "old_script": old_script,
     "reach_manipulability": lambda: _reach("best", ("x", 0.0)),
     "reach_coverage": lambda: _reach("coverage", ("z", 0.1)),

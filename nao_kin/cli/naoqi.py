@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from json import dumps
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import typer
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import whole_number
+from nao_kin._core.arrays import Floats, whole_number
 from nao_kin._core.process import uninterrupted, wait_for_signal
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OTHER_ROBOTS, OutputOptions, RobotOptions, argument, command, flag, option
@@ -25,9 +29,9 @@ from nao_kin.cli.view import ExtraPage, LivePage
 from nao_kin.errors import BadArgument
 
 if TYPE_CHECKING:
-    from nao_kin.naoqi import Event, JointReading, VirtualNao
+    from nao_kin import world
+    from nao_kin.naoqi import Event, JointReading, State, VirtualNao
     from nao_kin.viewer import Viewer
-    from nao_kin.world import State
 
 
 _FRAMES_PER_SECOND = 25.0
@@ -93,18 +97,22 @@ def served(
     robot = load_nao(options.nao, offsets=options.offsets)
     with ExitStack() as running:
 
+        def shown(page: LivePage) -> Viewer:
+            moving = load_nao(options.nao, base="floating", offsets=options.offsets)
+            return running.enter_context(closing(page.viewer(moving)))
+
         def watcher(change: Event) -> None:
             if change.kind in (("log",) if virtual.log else kinds):
                 print_note(f"{change.time:.2f} s: {change.value}")
 
-        nao = running.enter_context(VirtualNao(robot, on_change=watcher, **virtual.begin))
+        pictures = camera_pictures(lambda: shown(LivePage()))
+        nao = running.enter_context(VirtualNao(robot, on_change=watcher, pictures=pictures, **virtual.begin))
         if awake:
             nao.call("ALMotion", "wakeUp")
         server = running.enter_context(QiServer(nao, host=host, port=port, quiet=True))
         done = {"endpoint": server.endpoint}
         if virtual.view:
-            moving = load_nao(options.nao, base="floating", offsets=options.offsets)
-            viewer = running.enter_context(closing(virtual.viewer(moving)))
+            viewer = shown(virtual)
             done["url"] = virtual.address(viewer)
             ended = threading.Event()
             follower = threading.Thread(target=follow, args=(nao, viewer, ended), name="live view", daemon=True)
@@ -116,22 +124,44 @@ def served(
 
 def follow(nao: VirtualNao, viewer: Viewer, ended: threading.Event) -> None:
     """Show pose and lights of the virtual NAO until `ended` is set; `viewer` has it with a floating base."""
-    import numpy as np
-
     from nao_kin.naoqi import light_colours
-    from nao_kin.rotations import quat_from_matrix
 
     shown = lit = None
     while not ended.wait(1.0 / _FRAMES_PER_SECOND):
         state = nao.state()
-        r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
-        q = np.concatenate([state.T_world_torso[:3, 3], vector, [r0], state.q])
+        q = _configuration(state)
         if shown is None or not np.array_equal(q, shown):
             viewer.display(q)
             shown = q
         if state.leds != lit:
             viewer.show_lights(light_colours(state.leds))
             lit = state.leds
+
+
+def _configuration(state: State) -> Floats:
+    """Return the configuration of the robot with a floating base."""
+    from nao_kin.rotations import quat_from_matrix
+
+    r0, *vector = quat_from_matrix(state.T_world_torso[:3, :3])
+    return np.concatenate([state.T_world_torso[:3, 3], vector, [r0], state.q])
+
+
+def camera_pictures(make_viewer: Callable[[], Viewer]) -> Callable[[State, str, tuple[int, int]], Any]:
+    """Return the `pictures` of a virtual NAO, drawn by a headless browser, which starts with the first picture."""
+    viewer = functools.cache(make_viewer)
+
+    def pictures(state: State, camera: str, size: tuple[int, int]) -> Any:
+        from PIL import Image
+
+        from nao_kin.naoqi import light_colours
+
+        viewer().display(_configuration(state))
+        viewer().show_lights(light_colours(state.leds))
+        with TemporaryDirectory() as folder:
+            file = viewer().save_png(Path(folder) / "seen.png", camera=camera, size=size)
+            return np.asarray(Image.open(file).convert("RGB"))
+
+    return pictures
 
 
 # --- `nao-kin run`: a script for NAOqi, with a virtual NAO or a running server.
@@ -248,7 +278,7 @@ def live(
         _report(model.joint_names, found, output, written.json)
 
 
-def _described(now: State) -> str:
+def _described(now: world.State) -> str:
     """Return what a robot does, on which soles, and where it is, in the words of its page."""
     x, y, heading = now.odometry.pose[0]
     on = {"both": ", on both soles", "none": ""}.get(str(now.support[0]), f", on {now.support[0]}")

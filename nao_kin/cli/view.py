@@ -98,7 +98,9 @@ def view(
         "Another robot beside it, which moves along: a NAO version, a name as of --robot, or a file as of --urdf.",
     ),
     camera: str = option(
-        "NAME", "Direction of view: front, side, three-quarter, hands, feet.", default="three-quarter"
+        "NAME",
+        "Direction of view: front, side, three-quarter, hands, feet; for pictures and videos also CameraTop …",
+        default="three-quarter",
     ),
     open_: bool = flag("Open the live page in this machine's browser."),
     wait: bool | None = flag(
@@ -155,7 +157,10 @@ def view(
             viewer.show("together")
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))
-        viewer.camera(camera)
+        if camera not in model.semantics.cameras:
+            viewer.camera(camera)
+        elif html is not None or live:
+            raise BadArgument(f"--camera {camera} is for --png and --video; a page shows it with Camera view")
         print_note(*viewer.notes)
         done: dict[str, str] = {}
         if html is not None:

@@ -1073,7 +1073,9 @@ class Viewer(Guessing):
 
         Args:
             path: the file; it ends in .png or has no suffix.
-            camera: one of `camera_names`, or the pose of a camera in the world, shape (4, 4), as `camera_pose`.
+            camera: one of `camera_names`, or the pose of a camera in the world, shape (4, 4), as `camera_pose`; or a
+                camera of the robot, such as "CameraTop": the picture is what it sees, with its vertical field of view,
+                without distortion.
             size: width and height in pixels, 16 to 8192.
             timeout: seconds to wait for the browser.
             overwrite: replace an existing file.
@@ -1144,7 +1146,7 @@ class Viewer(Guessing):
     def _view_from(self, camera: str | ArrayLike) -> str | list[float]:
         """Return a camera's name or pose for the page, or raise if there is no such camera."""
         if isinstance(camera, str):
-            return choice(camera, self.camera_names, "camera")
+            return choice(camera, (*self.camera_names, *self.robot.semantics.cameras), "camera")
         return by_columns(checked_pose(camera))
 
     # --- the file ---------------------------------------------------------------------------------------------------

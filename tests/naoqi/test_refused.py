@@ -83,7 +83,7 @@ OTHERS: list[tuple[str, str, tuple[Any, ...], str]] = [
     ("ALTracker", "track", ("Face",), "not in this virtual NAO; it has: "),
     ("ALMotion", "setAngle", ("HeadYaw", 0.1, 0.1), "nearest: setAngles"),
     ("ALMotion", "__init__", (), "no such method"),
-    ("ALVideoDevice", "subscribeCamera", (), "its cameras give no pictures; there are: ALMotion, "),
+    ("ALPhotoCapture", "takePicture", (), "it neither stores nor analyses pictures; there are: ALMotion, "),
 ]
 ROWS = [("ALMotion", *row) for row in ALMOTION] + OTHERS
 

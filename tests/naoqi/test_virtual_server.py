@@ -270,7 +270,7 @@ def test_what_is_refused_arrives_in_naoqis_two_lines_without_a_traceback(shared:
         found["absent"] = refused(motion.updateTrackerTarget, 0.1, 0.1, 10, False)
         found["dict"] = refused(motion.getAngles, {"a": [1, {"b": 2}]}, True)
         found["key"] = refused(memory.getData, "nothing")
-        found["camera"] = refused(session.service("ALVideoDevice").subscribeCamera, "mine", 0, 2, 11, 5)
+        found["camera"] = refused(session.service("ALPhotoCapture").takePicture, "here", "picture")
         try:
             motion.fly()
         except AttributeError:
@@ -281,12 +281,12 @@ def test_what_is_refused_arrives_in_naoqis_two_lines_without_a_traceback(shared:
     for name, text in found.items():
         assert text is not None, name
         first, second = text.split("\n")
-        assert first.startswith(("ALMotion::", "ALMemory::", "ALVideoDevice::"))
+        assert first.startswith(("ALMotion::", "ALMemory::", "ALPhotoCapture::"))
         assert second.startswith("\t")
         assert "Traceback" not in text
     assert "nearest: HeadYaw" in found["joint"]
     assert "not in this virtual NAO; it has: " in found["absent"]
-    assert "its cameras give no pictures; there are: ALMotion, " in found["camera"]
+    assert "it neither stores nor analyses pictures; there are: ALMotion, " in found["camera"]
 
 
 def test_events_reach_other_scripts(shared: Served) -> None:

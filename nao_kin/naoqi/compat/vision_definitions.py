@@ -1,7 +1,5 @@
 """The module `vision_definitions` that old scripts import: Aldebaran's numbers for cameras, images and parameters.
 
-The virtual NAO has no pictures; scripts import the module also where a camera is one of several possibilities.
-
 Source: Aldebaran documentation 2.5, ALVideoDevice, and vision_definitions.py of the Python SDK.
 """
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nao_kin._core.arrays import Floats
 from nao_kin.errors import BadArgument
@@ -187,6 +188,8 @@ class Machine:
         robot, monitor, clock, log, joints, base, tasks: the parts.
         behaviors: the folder of behaviours, or None.
         services: name → service.
+        picture: draws what a camera sees, given its frame and (width, height), without the lock; (height, width, 3).
+        stepped: whether time only advances by steps.
         ended: set when the virtual NAO is closed.
     """
 
@@ -204,6 +207,8 @@ class Machine:
         q = robot.clamp(robot.posture(posture))
         self.joints, self.base, self.tasks = Joints(robot, q), Base(robot, q, posture), Tasks(self)
         self.services: Mapping[str, Any] = {}
+        self.picture: Callable[[str, tuple[int, int]], NDArray[np.uint8]]
+        self.stepped = False
         self.ended = threading.Event()
         self._pending = set[Call]()
 

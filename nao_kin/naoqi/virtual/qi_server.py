@@ -25,6 +25,8 @@ HOST = "127.0.0.1"
 # waited a moment. A destroyed session also continues for a moment: two of three programs that ended immediately after
 # were aborted.
 _SECONDS_TO_SETTLE = 0.3
+# Results with a declared type; bytes arrive as text otherwise.
+_RETURNS = dict.fromkeys(("getImageRemote", "getImageLocal"), "(iiiiiiriffff)")
 
 
 class OpenToOthersWarning(NaoKinWarning):
@@ -159,6 +161,7 @@ def _forwarded(qi: Any, service: Service, name: str) -> Callable[..., Any]:
         return answer
 
     forward.__name__, forward.__doc__ = name, service.help(name)
+    qi.bind(_RETURNS.get(name))(forward)
     return forward
 
 

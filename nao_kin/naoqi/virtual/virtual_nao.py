@@ -10,10 +10,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from nao_kin._core.arrays import Floats, choice, flag
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument
-from nao_kin.naoqi.virtual import expression, life, memory, motion, movements
+from nao_kin.naoqi.virtual import expression, life, memory, motion, movements, video
 from nao_kin.naoqi.virtual.engine import MAX_SECONDS, TICK, Call, Event, NaoqiError
 from nao_kin.naoqi.virtual.machine import Machine
 from nao_kin.naoqi.virtual.service import ABSENT, Service
@@ -37,6 +40,7 @@ SERVICES: tuple[type[Service], ...] = (
     movements.ALTracker,
     movements.ALBehaviorManager,
     movements.ALAnimationPlayer,
+    video.ALVideoDevice,
     *life.ABILITIES,
 )
 
@@ -93,6 +97,9 @@ class VirtualNao:
         on_change: called with every event, on the thread that makes it; it must not wait. An event has a robot `time`
             [s], a `kind` ("log", "limp", "leds", "speech", "posture", "life" …) and a `value`, a text for "log" and for
             "limp" (a command to joints without stiffness).
+        pictures: draws for ALVideoDevice what a camera sees: called with a `State`, the camera's frame, such as
+            "CameraTop", and (width, height), on any thread; returns red, green and blue from 0 to 255, of type uint8,
+            shape (height, width, 3).
 
     Attributes:
         machine: the parts of the virtual NAO, which its services and tasks use.
@@ -121,6 +128,7 @@ class VirtualNao:
         posture: str = "Crouch",
         behaviors: Path | str | None = None,
         on_change: Callable[[Event], object] | None = None,
+        pictures: Callable[[State, str, tuple[int, int]], ArrayLike] | None = None,
     ) -> None:
         chosen = load_nao() if robot is None else robot
         if chosen.base != "fixed":
@@ -132,6 +140,7 @@ class VirtualNao:
         self.machine = machine = Machine(chosen, posture, speed, self.behaviors, on_change)
         self.robot, self.monitor, self.clock, self.log = machine.robot, machine.monitor, machine.clock, machine.log
         self.joints, self.base, self.tasks = machine.joints, machine.base, machine.tasks
+        self._pictures, machine.picture, machine.stepped = pictures, self._picture, self.stepped
         services: dict[str, Service] = {kind.name: kind(machine) for kind in SERVICES}
         for why, methods_of in ABSENT["missing"].items():
             services |= {name: Missing(machine, name, why, methods) for name, methods in methods_of.items()}
@@ -236,6 +245,15 @@ class VirtualNao:
                 MappingProxyType(dict(self.machine.services["ALLeds"].colours)),
                 self.machine.services["ALTextToSpeech"].saying,
             )
+
+    def _picture(self, camera: str, size: tuple[int, int]) -> NDArray[np.uint8]:
+        """Return what a camera sees now; not with the lock held."""
+        if self._pictures is None:
+            raise BadArgument("its cameras see nothing: give VirtualNao a function that draws, pictures=")
+        drawn, shape = np.asarray(self._pictures(self.state(), camera, size)), (size[1], size[0], 3)
+        if drawn.dtype != np.uint8 or drawn.shape != shape:
+            raise BadArgument(f"pictures must return uint8 of shape {shape}, got {drawn.dtype} of {drawn.shape}")
+        return drawn
 
     # --- the end --------------------------------------------------------------------------------------------------
 

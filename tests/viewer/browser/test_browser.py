@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from viewer_pages import Page, made_of, opened, processes, read_png, until, visitor
 
 import nao_kin as nk
 from nao_kin.cli.app import run
+from nao_kin.cli.naoqi import camera_pictures
 from nao_kin.errors import NoBrowser
+from nao_kin.naoqi import VirtualNao
 from nao_kin.rotations import rpy_from_matrix
 from nao_kin.viewer import OutsideLimitsWarning, Viewer
 from nao_kin.viewer.browser import pictures
@@ -379,6 +382,26 @@ def test_one_browser_draws_all_pictures_of_a_program_as_a_new_one_would(
     assert pictures._page is not page
     pictures.end()
     assert np.array_equal(drawn(one), first)
+
+
+@pytest.mark.parametrize(("name", "place"), [("CameraTop", [1.5, -0.4, 0.7]), ("CameraBottom", [0.45, -0.1, 0.03])])
+def test_a_camera_of_the_robot_sees_a_ball_where_its_lens_says(
+    browser: Any, nao: nk.NaoModel, tmp_path: Path, name: str, place: list[float]
+) -> None:
+    viewer, size = Viewer(nk.load_nao(base="floating")), (320, 240)
+    ball = trimesh.creation.icosphere(2, 0.02)
+    viewer.add_mesh("ball", ball.vertices + place, ball.faces, color=[1, 0, 0])
+    viewer.add_label("label", "not in the world", place)
+    with VirtualNao(nao, stepped=True, posture="StandInit") as virtual:
+        state = virtual.state()
+    pixels = camera_pictures(lambda: viewer)(state, name, size).astype(int)
+    v, u = np.nonzero(pixels[..., 0] > 1.6 * pixels[..., 1])
+    T = state.T_world_torso @ nao.fk(state.q, name)
+    camera = nk.world.camera(nao, name).resized(size)
+    assert np.allclose([u.mean(), v.mean()], camera.project(T[:3, :3].T @ (place - T[:3, 3])), atol=0.6)
+    assert np.ptp(u) == pytest.approx(2 * 0.02 * camera.fx / np.linalg.norm(place - T[:3, 3]), abs=2.5)
+    # The next picture is of the page again.
+    assert not np.array_equal(read_png(viewer.save_png(tmp_path / "x.png", size=size).read_bytes()), pixels)
 
 
 def test_a_picture_needs_no_page_and_leaves_nothing_behind(

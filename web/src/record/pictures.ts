@@ -70,6 +70,7 @@ export class Pictures {
     this.fit();
     page.viewer.render();
     paintCanvas(ink, page.viewer.renderer.domElement, width, height);
+    if (page.eyes.fills) return ink.canvas;
     const scale = Math.min(width, height) / LABELS_ACROSS;
     ink.save();
     ink.scale(scale, scale);
@@ -79,7 +80,8 @@ export class Pictures {
   }
 
   end() {
-    const { studio, viewer } = this.page;
+    const { eyes, studio, viewer } = this.page;
+    eyes.fill(null);
     Object.assign(studio, { alwaysFine: false, ratio: devicePixelRatio });
     studio.setRatio(studio.ratio);
     viewer.set_3d_pane_size();
@@ -104,10 +106,11 @@ export async function saveScreenshot(page: App): Promise<void> {
   else page.panel.messages.say("The browser could not make a picture of this size.", { bad: true });
 }
 
-/** Put the camera at one of the presets, or at a pose. */
+/** Put the camera at one of the presets or at a pose, or look through a camera of the robot. */
 export function lookFrom(page: App, camera: string | number[]) {
-  if (typeof camera === "string") page.studio.look(page.preset(camera), page.others);
-  else page.camera(camera);
+  if (typeof camera !== "string") page.camera(camera);
+  else if (page.eyes.eyes.some(({ name }) => name === camera)) page.eyes.fill(camera);
+  else page.studio.look(page.preset(camera), page.others);
 }
 
 /** Draw the picture that the program requests, and send it. */

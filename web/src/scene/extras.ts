@@ -157,6 +157,7 @@ export class Extras {
     if (!Object.hasOwn(MAKERS, shape)) return;
     this.remove(name);
     const made = asMark(MAKERS[shape](message as Shape));
+    made.userData.isThing = ["points", "mesh", "line"].includes(shape);
     (frame === null ? this.page.viewer.scene : this.page.robot.frameNode(frame)).add(made);
     this.shapes.set(name, made);
     if (message.text) this.page.labels.set(made, [{ text: message.text, node: made }]);

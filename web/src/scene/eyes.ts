@@ -70,6 +70,9 @@ export class Eyes {
   sky = new THREE.Color();
   cleared = new THREE.Color();
   eye: Eye | null = null;
+  /** Whether the camera's picture is the whole picture, as in a file, and the camera in use before. */
+  fills = false;
+  before: string | null = null;
   /** The drawn frustums, each on the link of its camera. */
   frustums: THREE.Object3D[] = [];
   images: Map<string, Shown> = new Map();
@@ -105,6 +108,13 @@ export class Eyes {
     this.sight.field.textContent = this.field;
     this.robot.nodes[this.eye.link].add(this.camera);
     this.camera.updateWorldMatrix(true, true);
+  }
+
+  /** Let a camera's picture be the whole picture, until this is called with null. */
+  fill(name: string | null) {
+    if (name && !this.fills) this.before = this.eye?.name ?? null;
+    if (name || this.fills) this.show(name ?? this.before);
+    this.fills = name !== null;
   }
 
   /** Draw the frustums of the camera in use and of all cameras with an image, which is drawn at the frustum's far end. */
@@ -215,14 +225,14 @@ export class Eyes {
   draw(draw: (camera: THREE.Camera) => void) {
     if (!this.eye) return;
     const { renderer } = this.studio.viewer;
-    const pane = renderer.domElement.getBoundingClientRect();
-    const frame = this.sight.picture.getBoundingClientRect();
-    if (frame.width === 0 || pane.width === 0) return;
     // The renderer's size, not the pane's: a picture for a file may be larger than the page.
     const size = renderer.getSize(new THREE.Vector2());
-    const scale = size.x / this.sight.pane.clientWidth;
-    const [x, y] = [scale * (frame.left - pane.left), size.y - scale * (frame.bottom - pane.top)];
-    const [width, height] = [scale * frame.width, scale * frame.height];
+    const [x, y, width, height] = this.fills ? [0, 0, size.x, size.y] : this.corner(size);
+    if (!(width > 0 && width < Infinity)) return;
+    if (this.fills) {
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+    }
     const alpha = renderer.getClearAlpha();
     const { floor } = this.studio;
     renderer.getClearColor(this.cleared);
@@ -244,6 +254,15 @@ export class Eyes {
     renderer.setClearColor(this.cleared, alpha);
   }
 
+  /** The rectangle of the camera's picture in a drawing of some size. */
+  corner(size: THREE.Vector2) {
+    const pane = this.studio.viewer.renderer.domElement.getBoundingClientRect();
+    const frame = this.sight.picture.getBoundingClientRect();
+    const scale = size.x / this.sight.pane.clientWidth;
+    const from = [scale * (frame.left - pane.left), size.y - scale * (frame.bottom - pane.top)];
+    return [...from, scale * frame.width, scale * frame.height];
+  }
+
   /** Draw the whole image, with a margin if its aspect ratio differs. */
   drawImage(texture: THREE.Texture, aspect: number) {
     const share = texture.image.width / texture.image.height / aspect;
@@ -255,11 +274,11 @@ export class Eyes {
     renderer.render(this.sheet as any, this.flat);
   }
 
-  /** Hide the marks over the robot, which its camera does not see. */
+  /** Hide the marks over the robot, which its camera does not see, as it does points, meshes and lines of a program. */
   hideMarks() {
     const marks: THREE.Object3D[] = [];
     this.studio.viewer.scene.traverseVisible((node) => {
-      if (node.userData.mark && node !== this.camera) marks.push(node);
+      if (node.userData.mark && !node.userData.isThing && node !== this.camera) marks.push(node);
     });
     for (const mark of marks) mark.visible = false;
     return marks;

@@ -225,7 +225,8 @@ export class Studio {
     this.setRatio(level.ratio * this.ratio);
     this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
     const { shapes } = this;
-    if (fine) this.smoothing.draw(scene, camera);
+    if (this.eyes?.fills) viewer.renderer.clear();
+    else if (fine) this.smoothing.draw(scene, camera);
     else this.fastLook.draw(shapes, camera);
     this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
     if (!changed || this.alwaysFine) return;
