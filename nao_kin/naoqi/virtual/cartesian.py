@@ -243,7 +243,7 @@ class PathTask(MotionTask):
     """Effectors follow paths, with the whole robot if `balance` is enabled; other effectors and feet stay."""
 
     def __init__(self, name: str, nao: Machine, requests: Sequence[EffectorRequest], balance: BalanceControl) -> None:
-        self._robot, self._balance = nao.robot, balance
+        self._robot, self._balance, self._halvings = nao.robot, balance, 0
         self.requests = {request.effector: request for request in requests}
         names, self._on_feet = list(self.requests), list[str]()
         if balance.enabled:
@@ -301,19 +301,20 @@ class PathTask(MotionTask):
         """Return joint values of the whole robot for targets that can be reached in a tick, and the missed targets.
 
         Near the limit of the robot's reach, the solution may be far from the current joint values. The distance of the
-        targets is then halved until no joint is too fast: joints that come late would let the feet slip.
+        targets is then halved until no joint is too fast: joints that come late would let the feet slip. The next tick
+        begins with twice the share of this one.
         """
         T_world_torso, fastest = nao.base.torso(q), nao.joints.max_speed[self.columns] * TICK
         above = com_above(nao.robot, q, T_world_torso)
         nearer, missed = targets, list[str]()
-        for halving in range(_MAX_HALVINGS):
-            share = 0.5**halving
-            if halving:
+        for halvings in range(max(self._halvings - 1, 0), _MAX_HALVINGS):
+            self._halvings, share = halvings, 0.5**halvings
+            if halvings:
                 now = {name: T_world_torso @ nao.robot.fk(q, name) for name in targets}
                 nearer = {name: (part_of_way(now[name], T, share), weights) for name, (T, weights) in targets.items()}
             found, away = self.standing(nearer, q, None if com is None else above + share * (com - above))
             # Targets that were moved nearer count as missed.
-            missed = missed or list(targets) if halving else away
+            missed = missed or list(targets) if halvings else away
             if np.all(np.abs(nao.robot.to_body(found) - nao.robot.to_body(q))[self.columns] <= fastest):
                 return found, missed
         return q, missed
