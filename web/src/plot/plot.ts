@@ -30,7 +30,7 @@ THE SOFTWARE. */
 // The bundle keeps this licence.
 export { uPlot };
 
-/** A line of a plot; its limits are drawn faintly. */
+/** A line of a plot; the limits that it comes near are drawn faintly. */
 interface Line {
   name: string;
   colour: string;
@@ -46,6 +46,8 @@ interface Line {
 }
 
 const HEIGHT = 112;
+// How near to a limit, as a share of the plot's height.
+const NEAR_LIMIT = 0.1;
 const RED = "rgb(224 49 49 / 25%)";
 
 const unitsOf = (lines: Line[]) => [...new Set(lines.map(({ sign }) => sign).filter(Boolean))];
@@ -191,10 +193,12 @@ export class Plot {
     ctx.textAlign = "left";
     ctx.textBaseline = "alphabetic";
     const named: number[] = [];
-    for (const { colour, limits, name } of this.lines) {
+    for (const { colour, limits, name, red, values } of this.lines) {
       ctx.strokeStyle = ctx.fillStyle = colour;
       for (const limit of limits) {
         if (limit === null || min === undefined || max === undefined || limit < min || limit > max) continue;
+        const near = NEAR_LIMIT * (max - min);
+        if (!red && !values.some((value) => value !== null && Math.abs(value - limit) < near)) continue;
         const y = Math.round(valToPos(limit, "y", true));
         ctx.beginPath();
         ctx.moveTo(bbox.left, y);
