@@ -59,6 +59,16 @@ def assert_consistent(page: Page, nao: nk.NaoModel) -> np.ndarray:
     return q
 
 
+@pytest.mark.parametrize(("frame", "by"), [("LLeg", (1, -66)), *full(("RLeg", (34, -54)), ("Torso", (-39, 39)))])
+def test_a_search_that_begins_anew_stays_inside_the_coupled_limits(
+    page: Page, nao: nk.NaoModel, frame: str, by: tuple[int, int]
+) -> None:
+    drag(page, frame, by)
+    page.tab.wait_for_timeout(200)
+    assert_consistent(page, nao)
+    page.tab.mouse.up()
+
+
 @pytest.mark.parametrize("frame", ["LArm", *full("RArm")])
 @pytest.mark.parametrize(("camera", "by"), [("three-quarter", (0.0, 0.05, 0.0)), ("side", (0.048, 0.014, 0.0))])
 def test_a_hand_dragged_five_centimetres_is_under_the_pointer(

@@ -213,7 +213,7 @@ export class Follower {
         ];
         from[column] = low + share * (high - low);
       });
-      for (const one of own) from[one.column] = clamp(from[one.column], ...rangeOf(about, one, from));
+      this.intoRanges(from);
       const found = this.toPlace(place, from);
       const short = Math.max(distance(chain.forward(found.q).p, place), NEAR);
       const moved = Math.max(...columns.map((column) => Math.abs(found.q[column] - q[column])));
@@ -221,6 +221,13 @@ export class Follower {
       [best, least, nearest] = [found, short, moved];
     }
     return best;
+  }
+
+  /** Put the coordinates of the limb into their ranges: twice, because some ranges depend on other coordinates. */
+  intoRanges(q: number[]) {
+    const { about } = this.limb;
+    const own = about.coordinates.filter(({ column }) => this.columns.includes(column));
+    for (const one of [...own, ...own]) q[one.column] = clamp(q[one.column], ...rangeOf(about, one, q));
   }
 
   /** Meet tasks of a base: first while its feet may give way a little, because a search that holds them makes small steps. */
@@ -241,6 +248,8 @@ export class Follower {
       if (lower === null || upper === null || !this.columns.includes(column)) continue;
       bent[column] += BEND * Math.sign(0.5 * (lower + upper) - q[column]);
     }
+    // What begins outside a coupled range would stay outside.
+    this.intoRanges(bent);
     const other = descend(about, tasks, this.columns, bent, rest);
     const jump = Math.max(...this.columns.map((column) => Math.abs(other.q[column] - q[column])));
     return other.cost < BETTER * found.cost && jump <= JUMP ? other : found;
