@@ -82,7 +82,8 @@ export class ViewMenu {
 
   rest() {
     const { page } = this;
-    const keep = button("Keep as ghost", () => keepGhost(page));
+    const keep = button("Keep as ghost", () => keepGhost(page, false));
+    const beside = button("Keep beside", () => keepGhost(page, true));
     const remove = button("Remove ghost", () => {
       clearGhosts(page);
       keep.focus();
@@ -95,7 +96,7 @@ export class ViewMenu {
       return what(page);
     };
     const files = [button("Picture", save(saveScreenshot)), button("Video", save(saveFilm))];
-    return div("", section("Compare", row(keep, remove)), section("Save", row(...files)));
+    return div("", section("Compare", row(keep, beside, remove)), section("Save", row(...files)));
   }
 }
 

@@ -324,19 +324,24 @@ def test_the_ground_in_view_of_a_camera_is_outlined_as_the_head_turns(page: Page
 # --- the robot's looks -------------------------------------------------------------------------------------------
 
 
-def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel) -> None:
+@pytest.mark.parametrize(("kept", "aside"), [("Keep as ghost", 0.0), ("Keep beside", -0.8)])
+def test_a_configuration_is_kept_as_a_ghost(page: Page, nao: nk.NaoModel, kept: str, aside: float) -> None:
     q = nao.posture("Crouch")
     page.set(q)
     _open_menu(page)
     remove = page.tab.get_by_role("button", name="Remove ghost", exact=True)
     assert not remove.is_visible()
-    _click(page, "Keep as ghost")
+    _click(page, kept)
     assert remove.is_visible()
+    assert page.run("() => naoKin.isInSight")
     page.set(nao.posture("StandZero"))
     ghost = "(link) => naoKin.ghosts.copies.find(({ userData }) => userData.link === link).userData.pose.toArray()"
     link = page.run("() => naoKin.robot.about.links.findIndex(({ name }) => name === 'l_wrist')")
     standing = nao.set_down(q).T_world_base @ nao.fk(q, "l_wrist")
+    standing[1, 3] += aside * page.run("() => naoKin.studio.size")
     assert np.allclose(np.reshape(page.run(ghost, link), (4, 4)).T, standing, atol=1e-4)
+    way = np.linalg.norm(nao.position(nao.posture("StandZero"), "LArm") - nao.position(q, "LArm"))
+    assert f"LArm {1e3 * way:.1f} mm" in page.tab.locator(".readout .apart h3").inner_text()
     _click(page, "Remove ghost")
     assert page.run("() => naoKin.ghosts.copies.length") == 0
     assert not remove.is_visible()

@@ -16,6 +16,10 @@ export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c85
 // The colour of the entry of the robot's own configuration.
 const OWN = "#5c6678";
 
+// The distance of a robot beside itself, as a share of its size, and its colour.
+const BESIDE = 0.8;
+const PALE = "#a9c4ee";
+
 // Poses whose entries [1, m] differ by no more than this count as equal.
 const SAME = 1e-6;
 
@@ -220,8 +224,16 @@ export function clearGhosts(page: App) {
   showGhosts(page, { qs: new Float64Array(0), count: 0, opacity: 1, first: null });
 }
 
-/** Keep the robot, as it stands there now, as a ghost. */
-export function keepGhost(page: App) {
-  const ghost = { qs: Float64Array.from(page.stance.q), count: 1, opacity: 0.3, first: null };
-  showGhosts(page, ghost, page.robot.placement());
+/** Keep the robot, as it stands there now, as a ghost, or beside itself. */
+export function keepGhost(page: App, isBeside: boolean) {
+  const place = page.robot.placement();
+  const aside = new THREE.Matrix4().makeTranslation(0, isBeside ? -BESIDE * page.studio.size : 0, 0);
+  const ghost = { qs: Float64Array.from(page.stance.q), count: 1, opacity: isBeside ? 1 : 0.3, first: null };
+  showGhosts(page, ghost, aside.multiply(place));
+  // What differs is measured as if they stood at one place.
+  page.ghosts.place = place;
+  page.panel.readout.refresh();
+  if (!isBeside) return;
+  page.ghosts.materials[0].color.set(PALE);
+  if (!page.isInSight) page.frame();
 }
