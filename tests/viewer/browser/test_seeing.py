@@ -410,6 +410,7 @@ def test_solutions_are_stepped_through_by_arrows_with_their_target_and_why_they_
             found = card.locator("output").evaluate_all(numbers)
             assert found["distance"] == pytest.approx(0.0, abs=1e-6)
         page.slide("LKneePitch", 0.3)
+        page.animation_frames(2)
         found = card.locator("output").evaluate_all(numbers)
         E = np.linalg.inv(T) @ nao.fk(page.q, "LLeg")
         assert found["distance"] == pytest.approx(np.linalg.norm(E[:3, 3]), abs=1e-6)
