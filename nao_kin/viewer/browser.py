@@ -152,8 +152,7 @@ class _PicturePage:
 
     def show(self, messages: RetainedMessages) -> None:
         """Replace the scene in the page by the scene of these messages."""
-        # In the server's thread, so that all these messages are sent before those of `send_once`.
-        self._server.call(lambda: self._messages.copy(messages, _removing))
+        self._server.replace(messages, _removing)
         self._server.send_once(panel_message("complete", {}), self._role)
 
     def draw(

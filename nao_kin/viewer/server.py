@@ -165,6 +165,16 @@ class LiveServer:
         """Whether a page in this role is open and shows the scene."""
         return any(page.ready and page.role == role for page in tuple(self._pages))
 
+    def replace(self, messages: RetainedMessages, removing: Callable[[str], bytes | None]) -> None:
+        """Show the scene of other messages, as `RetainedMessages.copy`, before what is sent once from now on."""
+
+        def replaced() -> None:
+            self._messages.copy(messages, removing)
+            # Now: an update that is only scheduled could come after messages that are waiting already.
+            self._update_pages()
+
+        self.call(replaced)
+
     def send_once(self, message: bytes, role: str = "") -> None:
         """Send a message to the open pages in one role, without retaining it."""
 

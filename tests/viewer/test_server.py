@@ -33,7 +33,10 @@ from viewer_pages import PATIENCE, until
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, NoBrowser
-from nao_kin.viewer import Viewer
+from nao_kin.viewer import Viewer, server
+from nao_kin.viewer.access import Document, live_page, policy
+from nao_kin.viewer.messages import RetainedMessages
+from nao_kin.viewer.server import LiveServer
 
 
 @pytest.fixture
@@ -639,3 +642,50 @@ def test_no_process_is_left_behind(tmp_path: Path, ending: str) -> None:
         if process.poll() is None:
             process.kill()
             process.wait()
+
+
+class _Tab:
+    """An open page that writes what it is sent into a list."""
+
+    role, ready = "picture", True
+    refresh, send_once = server._Page.refresh, server._Page.send_once
+    _start_sending, _send_pending = server._Page._start_sending, server._Page._send_pending
+
+    def __init__(self, live: LiveServer) -> None:
+        self.server, self._sending, self.sent = live, False, list[bytes]()
+        self._pending, self._once = dict[str, None](), list[bytes]()
+
+    async def write_message(self, message: bytes, binary: bool) -> None:
+        await asyncio.sleep(0)
+        self.sent.append(message)
+
+    def close(self, *_: Any) -> None:
+        """Nothing to close."""
+
+
+@pytest.mark.parametrize("turns", range(2))
+def test_a_scene_is_sent_before_the_request_for_its_picture(turns: int) -> None:
+    messages, other = RetainedMessages(), RetainedMessages()
+    messages.put("joints", b"before")
+    other.put("joints", b"after")
+    document = Document(live_page("nao_kin"), policy())
+    live = LiveServer(messages, document, host="127.0.0.1", port=0, on_answer=lambda answer: None)
+    tab = _Tab(live)
+    live._pages.add(tab)  # type: ignore[arg-type]
+    asked = threading.Event()
+
+    def wait(turns: int) -> None:
+        """Hold up the server in one of its next turns, while it sends, until all is asked of it."""
+        if turns > 0:
+            live.call(lambda: wait(turns - 1))
+        else:
+            asked.wait(5.0)
+
+    live.call(lambda: (tab.send_once(b"still"), wait(turns)))
+    time.sleep(0.01)
+    live.replace(other, lambda key: None)
+    live.send_once(b"capture", "picture")
+    asked.set()
+    assert until(lambda: b"capture" in tab.sent)
+    live.close()
+    assert tab.sent == [b"still", b"after", b"capture"]
