@@ -146,5 +146,5 @@ def _endless(endings: tuple[str, ...]) -> Iterator[str]:
 
 def two_numbers(text: str) -> tuple[int, int] | None:
     """Return two whole numbers such as 640x480; None for another text."""
-    found = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", text)
+    found = re.fullmatch(r"(\d{1,7})\s*[xX×*,]\s*(\d{1,7})", text)
     return None if found is None else (int(found[1]), int(found[2]))

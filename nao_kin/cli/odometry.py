@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nao_kin._core import files as atomic
-from nao_kin._core.arrays import Floats, LimitPolicy, finite_or_none
+from nao_kin._core.arrays import LimitPolicy
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
@@ -21,6 +21,7 @@ from nao_kin.cli.output import (
     print_note,
     print_table,
     print_written,
+    rows_of,
     units,
 )
 from nao_kin.cli.sources import FileOptions
@@ -31,8 +32,9 @@ if TYPE_CHECKING:
     from nao_kin.world import State
 
 _ANGLES = ("roll", "pitch", "yaw")
-_COLUMNS = ("time", "x", "y", "z", *_ANGLES, "support")
+_PATH = ("time", "x", "y", "z", *_ANGLES, "support")
 _FILE = "CSV or JSON file of configurations with times, or a motion; - for standard input."
+_OUTPUT = "Write the rows here: .csv, .npz, .parquet, .arrow or .feather."
 
 
 @dataclass(frozen=True)
@@ -43,16 +45,18 @@ class LogOptions:
     limits: LimitPolicy = option(None, shared.OUTSIDE, default="ignore")
     longest_gap: float = option("S", "Largest time between two rows of a segment [s].", default=0.5)
 
-    def read(
-        self, given: FileOptions, robot: RobotOptions, file: str, *kinds: str
-    ) -> tuple[RobotModel, Floats, Floats, dict[str, Any]]:
-        """Return the robot, q, times, and the other arguments of `odometry`, with sensors of more `kinds`."""
+    def state(self, given: FileOptions, robot: RobotOptions, file: str) -> tuple[RobotModel, State]:
+        """Return the robot and its state in each row of the log, and print what had to be noted."""
+        from nao_kin.world import state
+
         model = robot.load()
         log = given.recording(model, file, self.sole, limits=self.limits)
         if log.times is None:
             raise BadInputFile(file, "no column of times, which odometry needs")
-        measured = log.measured(model, self.sole, "contacts", "forces", "gyro", *kinds)
-        return model, log.q, log.times, {"soles": self.sole, "longest_gap": self.longest_gap, **measured}
+        measured = log.measured(model, self.sole, "contacts", "forces", "gyro", "angles", "accelerometer")
+        found = state(model, log.q, log.times, soles=self.sole, longest_gap=self.longest_gap, **measured)
+        print_note(*found.notes)
+        return model, found
 
 
 @command(
@@ -64,45 +68,32 @@ def odometry(
     *,
     file: str = argument("FILE", _FILE),
     sensors: LogOptions,
-    output: str | None = option("FILE", "Write the CSV here."),
+    output: str | None = option("FILE", _OUTPUT),
     given: FileOptions,
     written: OutputOptions,
     robot: RobotOptions,
 ) -> None:
-    """Print the trajectory of the root link: one sole at a time is flat on the floor, and its leg carries the trunk.
+    """Print the trajectory of the root link: time, position [m], roll, pitch, yaw and support of `nao-kin state`.
 
-    The world has its origin on the floor between the feet in the first row, x ahead and z up. Each row of FILE gives a
-    row of CSV: time, position [m], roll, pitch, yaw, and the sole in place. Forces or contacts of the soles and a
-    gyrometer are used if FILE has them: a note names their columns. Rows in which the legs' joints have no value, or no
-    sole carries, have empty cells; after them, and after a gap, the path goes on from where it ended.
+    The world has its origin on the floor between the feet in the first row, x ahead and z up. One sole at a time is
+    flat on the floor; sensors of the feet and of the inertial unit are used if FILE has them: a note names their
+    columns. Rows in which the legs' joints have no value, or the robot neither stands nor walks, have empty cells;
+    after them, and after a gap, the path goes on from where it ended.
     """
-    written.check({"--output": output}, kind="csv")
-    from nao_kin.rotations import rpy_from_matrix
-    from nao_kin.world import odometry as walked
-
-    model, q, times, options = sensors.read(given, robot, file)
-    path = walked(model, q, times, **options)
-    print_note(*path.notes)
-    valid = path.valid
-    numbers = np.full((len(times), 6), np.nan)
-    angles = rpy_from_matrix(path.T_world_base[valid, :3, :3]) * degrees_per("rad", given.deg)
-    numbers[valid] = np.column_stack([path.T_world_base[valid, :3, 3], angles])
-    rows = [
-        [time, *map(finite_or_none, row), path.soles[k] if k >= 0 else None]
-        for time, row, k in zip(path.times.tolist(), numbers.tolist(), path.support.tolist(), strict=True)
-    ]
-    if output is not None or not written.json:
-        names = [f"{name}_deg" if given.deg and name in _ANGLES else name for name in _COLUMNS]
-        text = csv_text(names, rows)
-        if output is None:
-            sys.stdout.write(text)
-        else:
-            atomic.write_text(output, text)
+    written.check({"--output": output})
+    write = None if output is None else column_writer(output)
+    model, found = sensors.state(given, robot, file)
+    columns = {name.removesuffix("_deg"): values for name, values in _columns(found, given.deg).items()}
+    columns = {f"{name}_deg" if given.deg and name in _ANGLES else name: columns[name] for name in _PATH}
+    if write is not None:
+        write(columns)
     if written.json:
-        head = {"robot": model.name, "units": units(given.deg), "segments": path.segments}
-        print_json_list(head, "rows", (dict(zip(_COLUMNS, row, strict=True)) for row in rows))
+        head = {"robot": model.name, "units": units(given.deg), "segments": found.odometry.segments}
+        print_json_list(head, "rows", (dict(zip(_PATH, row, strict=True)) for row in rows_of(columns)))
     elif output is not None:
         print_written(output)
+    else:
+        sys.stdout.write(csv_text(tuple(columns), rows_of(columns)))
 
 
 @command(
@@ -114,7 +105,7 @@ def state(
     *,
     file: str = argument("FILE", _FILE),
     sensors: LogOptions,
-    output: str | None = option("FILE", "Write the rows here: .csv, .npz, .parquet, .arrow or .feather."),
+    output: str | None = option("FILE", _OUTPUT),
     given: FileOptions,
     written: OutputOptions,
     robot: RobotOptions,
@@ -128,23 +119,19 @@ def state(
     """
     written.check({"--output": output})
     write = None if output is None else column_writer(output)
-    from nao_kin.world import state as found
-
-    model, q, times, options = sensors.read(given, robot, file, "angles", "accelerometer")
-    result = found(model, q, times, **options)
-    print_note(*result.notes)
+    model, found = sensors.state(given, robot, file)
     if write is not None:
-        write(_columns(result, given.deg))
-    path = result.odometry
+        write(_columns(found, given.deg))
+    path = found.odometry
     summary = {"steps": int(path.steps.sum()), "distance": path.distance, "segments": path.segments}
     if written.json:
-        head = {"robot": model.name, "units": units(given.deg), "rows": len(times)}
-        print_json(head | {"valid_rows": int(result.valid.sum()), "seconds": result.seconds, **summary})
+        head = {"robot": model.name, "units": units(given.deg), "rows": len(found.times)}
+        print_json(head | {"valid_rows": int(found.valid.sum()), "seconds": found.seconds, **summary})
         return
     if output is not None:
         print_written(output)
     if output is None or not atomic.leads_to_standard_output(output):
-        lines = {name: f"{seconds:.2f} s" for name, seconds in result.seconds.items()}
+        lines = {name: f"{seconds:.2f} s" for name, seconds in found.seconds.items()}
         lines |= {"steps": str(summary["steps"]), "distance": f"{path.distance:.3f} m"}
         print_table(["", model.name], (lines | {"segments": str(path.segments)}).items())
 

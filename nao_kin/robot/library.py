@@ -15,6 +15,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadModel, MissingExtra, UnknownName
 from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel
+from nao_kin.robot.nao.rows import VERSIONS
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.semantics_files import NO_SEMANTICS
 
@@ -77,8 +78,8 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     if name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
-    if name.lower() == "nao":
-        hint = "load_nao loads a NAO"
+    if name.lower() in ("nao", *VERSIONS):
+        hint = "load_nao loads a NAO, and on the command line --nao"
     if "/" in name or Path(name).suffix:
         hint = "a file is read with RobotModel.from_file, and on the command line with --urdf"
     raise UnknownName("robot", name, (*files, *described), hint)

@@ -323,7 +323,7 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
         (("reach", "LArm", "--by", "mean"), "--by needs --html or --output"),
         (("ik", "LLeg", "a.csv", "b.csv"), "nexpected extra argument"),
         (("fk", "LArm", "0", "0"), "'0' is a number, expected a file; --joint NAME=VALUE sets a joint"),
-        (("ik", "LArm", "0.1", "0.2"), "'0.1' is a number, expected a file; numbers stand after their option"),
+        (("ik", "LArm", "0.1", "0.2"), "--target '0.1 0.2': 2 numbers"),
         (("limits",), "no such command 'limits' (that is nao-kin joints)"),
         (("info", "LArm"), "nexpected extra argument"),
     ],

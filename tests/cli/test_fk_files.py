@@ -242,7 +242,7 @@ def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
     printed = []
     for words in (("part.csv", "--missing", missing, "--ignore-other"), ("whole.csv", "--ignore-other")):
         out = io.StringIO()
-        with contextlib.redirect_stdout(out):
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
             assert run([command, *words, *more, "--json"]) in (0, 1), words
         printed.append(Path("page.html").read_text() if command == "view" else out.getvalue())
     assert printed[0] == printed[1]

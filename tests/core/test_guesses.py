@@ -70,8 +70,8 @@ def test_other_names_are_answered_with_the_nearest_or_nothing() -> None:
         nk.rotations.rotx  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"'NaoModel' object has no attribute 'qqqqqqqqq'$"):
         nao.qqqqqqqqq  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(AttributeError, match=r"has no attribute 'Kinematics'$"):  # nothing is better than "semantics"
-        nk.Kinematics  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match=r"has no attribute 'teach'$"):  # nothing is better than "reach"
+        nk.teach  # type: ignore[attr-defined]  # noqa: B018
     assert not hasattr(nao, "__array__")
 
 
