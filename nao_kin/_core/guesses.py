@@ -103,9 +103,8 @@ def unknown_attribute(owner: str, name: str, valid: Iterable[str]) -> AttributeE
     own = {one for one in valid if not one.startswith("_")}
     near = nearest_names(name, own, similar=0.75)
     near = tuple(one for one in near if one[0].lower() == name[0].lower() or _share_a_word(one, name))
-    elsewhere = (
-        () if name not in public_index() and nearest_names(name, near, similar=0.9) else _by_words(name, own)[:3]
-    )
+    misspelt = name not in public_index() and nearest_names(name, near, similar=0.9)
+    elsewhere = [] if misspelt else _by_words(name, own)[:3]
     advice = f"; see {', '.join(elsewhere)}" if elsewhere else f"; nearest: {', '.join(near)}" if near else ""
     return AttributeError(message + advice)
 
