@@ -55,12 +55,6 @@ def csv_text(names: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return text.getvalue()
 
 
-def rows_of(columns: Mapping[str, Any]) -> Iterator[list[object]]:
-    """Yield the rows of columns of equal length, with None for NaN."""
-    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
-        yield [None if cell != cell else cell for cell in row]
-
-
 def column_writer(path: str) -> Callable[[Mapping[str, Any]], None]:
     """Return what writes named columns of equal length, of numbers, texts or booleans, to a file by its suffix.
 
@@ -84,7 +78,9 @@ def column_writer(path: str) -> Callable[[Mapping[str, Any]], None]:
             table = pa.table({name: pa.array(values) for name, values in columns.items()})
             (parquet.write_table if ending == ".parquet" else feather.write_feather)(table, content)
         else:
-            content.write(csv_text(tuple(columns), rows_of(columns)).encode())
+            rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+            filled = ([None if cell != cell else cell for cell in row] for row in rows)
+            content.write(csv_text(tuple(columns), filled).encode())
         write_bytes(path, content.getvalue())
 
     return write

@@ -38,7 +38,7 @@ _SYNONYMS = {
     "nao-kin motion plot": "plot",
     "nao-kin reach": "workspace",
     "nao-kin serve": "simulate",
-    "nao-kin state": "log",
+    "nao-kin state FILE -o -": "log odom odometry",
     "nao-kin view": "gui play show visualize",
     "nk.Viewer in Python": "notebook",
     "nk.rotations in Python": "rotate",

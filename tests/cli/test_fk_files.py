@@ -148,7 +148,7 @@ def test_a_row_of_a_long_file_has_its_own_number_and_time(
 
 @pytest.mark.parametrize(
     "arguments",
-    [("fk",), ("fk", "--rate", "10"), ("collisions",), ("collisions", "--rate", "10"), ("balance",), ("odometry",),
+    [("fk",), ("fk", "--rate", "10"), ("collisions",), ("collisions", "--rate", "10"), ("balance",), ("state",),
      ("view", "--html", "{folder}/a.html")],
 )  # fmt: skip
 def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
@@ -167,7 +167,7 @@ def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
     assert "clamp" not in err
 
 
-READERS = (("fk",), ("balance",), ("collisions",), ("odometry",), ("view", "--html", "page.html", "--force"))
+READERS = (("fk",), ("balance",), ("collisions",), ("state",), ("view", "--html", "page.html", "--force"))
 
 
 @pytest.fixture
