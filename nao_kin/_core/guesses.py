@@ -100,11 +100,11 @@ def unknown_attribute(owner: str, name: str, valid: Iterable[str]) -> AttributeE
     message = f"{owner} has no attribute {name!r}"
     if name.startswith("_"):
         return AttributeError(message)
-    own = {one for one in valid if not one.startswith("_")}
+    own = dict.fromkeys(one for one in valid if not one.startswith("_"))
     near = nearest_names(name, own, similar=0.75)
     near = tuple(one for one in near if one[0].lower() == name[0].lower() or _share_a_word(one, name))
-    misspelt = name not in public_index() and nearest_names(name, near, similar=0.9)
-    elsewhere = [] if misspelt else _by_words(name, own)[:3]
+    is_misspelt = any(abs(len(one) - len(name)) < 2 for one in nearest_names(name, near, similar=0.9))
+    elsewhere = [] if is_misspelt and name not in public_index() else _by_words(name, own)[:3]
     advice = f"; see {', '.join(elsewhere)}" if elsewhere else f"; nearest: {', '.join(near)}" if near else ""
     return AttributeError(message + advice)
 

@@ -190,9 +190,7 @@ def usage_message(error: Any) -> str:
         return abbreviated(error.format_message().rstrip(".")) + (f" ({see})" if see else "")
     name, given = error.option_name, error.ctx.command.get_params(error.ctx)
     known, word = [flag for option in given for flag in option.opts if flag.startswith("--")], name.lstrip("-")
-    # An option with this choice, then an option that begins like this, then the nearest ones.
     near = [f"{option.opts[0]} {word}" for option in given if word in str(option.metavar).strip("<>").split("|")]
-    near = near or [flag for flag in known if word[1:] and flag.startswith(f"--{word}")]
     near = near or [f"--{flag}" for flag in nearest_names(word, [flag[2:] for flag in known], similar=0.7)]
     advice = f"nearest: {', '.join(near)}" if near else see
     if isinstance(error.ctx.command, Group) and word in _OF_ROBOTS | {"json", "deg"}:
@@ -238,8 +236,7 @@ class Group(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names; its options are made now, those of the others never."""
         if args[0] not in self.commands:
-            near = [name for name in self.commands if args[0][2:] and name.startswith(args[0])]
-            near = near or nearest_names(args[0], self.commands, similar=0.75)
+            near = nearest_names(args[0], self.commands, similar=0.75)
             advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
             advice = f"that is {ELSEWHERE[args[0]]}" if args[0] in ELSEWHERE else advice
             advice = f"a command comes before a file; {advice}" if os.path.exists(args[0]) else advice

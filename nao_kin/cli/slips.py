@@ -22,17 +22,14 @@ _SYNONYMS = {
     "nao-kin --version": "version",
     "nao-kin balance": "com stability",
     "nao-kin check": "compare test",
-    "nao-kin collisions": "collide",
     "nao-kin export --format ros2": "ros",
     "nao-kin fk": "forward frames pose",
     "nao-kin ik": "inverse inverse-kinematics solve",
     "nao-kin imitate": "retarget",
-    "nao-kin info": "mass postures robots",
+    "nao-kin info": "mass postures robots versions",
     "nao-kin info --compare V": "diff",
-    "nao-kin info --nao V": "versions",
     "nao-kin joints": "limits",
     "nao-kin joints --dh FRAME": "dh",
-    "nao-kin live": "connect",
     "nao-kin motion convert": "convert",
     "nao-kin motion convert --mirror": "mirror",
     "nao-kin motion plot": "plot",
@@ -53,31 +50,28 @@ def mended(words: list[str], options: Mapping[str, Any]) -> list[str]:
     `options` are those of the command by name, each an `Option` of the module `parsing`, which calls this one.
     """
     flags = {flag: option for option in options.values() for name in option.flags for flag in name.split("/")}
-    left, out = deque(words), list[str]()
+    arguments = [f"--{option.label.lower()}" for option in options.values() if not option.flags]
+    left, out = deque(word.strip("“”„") for word in words), list[str]()
     while left:
         word = _as_typed(left.popleft(), flags)
         option = flags.get(word.partition("=")[0])
-        is_unknown = option is None and word.startswith("--") and not _is_argument(word, options)
-        if is_unknown and not (left and f"--{left[0]}" in flags):  # otherwise as in --format json: the value is one
-            return [*out, word, *left]
+        if word in arguments:  # as in `ik --frame LArm`: the argument alone remains
+            continue
+        if option is None and word.startswith("--") and not (word[2:] and left and f"--{left[0]}" in flags):
+            return [*out, word, *left]  # refused as unknown, whatever follows; but in --format json, --json is meant
         if option is None:
             out += [word] if word.startswith("-") else _after_its_option(word, options, [*out, *words], left)
             continue
         out.append(word)
         if option.kind is not bool and left and "=" not in word:
             out += _values(option, left)
-    return [word for word in out if not _is_argument(word, options)]
+    return out
 
 
 def _as_typed(word: str, flags: Mapping[str, Any]) -> str:
     """Return an option with the two hyphens that it has: an editor writes —frame, a habit -deg."""
     name = word.lstrip("-–—")
     return f"--{name}" if name != word and f"--{name.partition('=')[0]}" in flags else word
-
-
-def _is_argument(word: str, options: Mapping[str, Any]) -> bool:
-    """Return whether a word gives an argument as an option, as in `ik --frame LArm`: the argument alone remains."""
-    return any(word == f"--{option.label.lower()}" for option in options.values() if not option.flags)
 
 
 def _values(option: Any, left: deque[str]) -> list[str]:
