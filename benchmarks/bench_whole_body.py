@@ -83,7 +83,7 @@ def robot_fixed() -> nk.NaoModel:
 def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
     """Quadratic programs of pink; raises ImportError if pink is not installed."""
     import pink
-    import quadprog  # noqa: F401
+    import daqp  # noqa: F401
     from pink.limits import ConfigurationLimit
     from pink.tasks import FrameTask
 
@@ -104,7 +104,7 @@ def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
             if max(np.linalg.norm(task.compute_error(configuration)) for task in tasks) < 0.5 * TOLERANCE:
                 break
             speeds = pink.solve_ik(
-                configuration, tasks, 1.0, solver="quadprog", limits=limits, damping=1e-9, safety_break=False
+                configuration, tasks, 1.0, solver="daqp", limits=limits, damping=1e-9, safety_break=False
             )
             configuration.integrate_inplace(speeds, 1.0)
         return np.asarray(configuration.q)
