@@ -67,9 +67,8 @@ def _by_words(name: str, own: Iterable[str]) -> list[str]:
     Those of the `own` names of what is asked come first.
     """
     index = public_index()
-    first, *rest = re.split("_to_|2", name, maxsplit=1)
-    if name not in index and all(rest):  # rpy_to_matrix is matrix_from_rpy
-        name = "_from_".join([*rest, first])
+    turned = "_from_".join(reversed(re.split("_to_|2", name, maxsplit=1)))  # rpy_to_matrix is matrix_from_rpy
+    name = name if name in index else turned
     if name in index:
         return list(index[name])
     asked = [word for word in _words(name) if word not in _IN_MANY_NAMES]
