@@ -6,7 +6,7 @@ import sys
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import nao_kin as nk
 from nao_kin._core.process import wait_for_signal
@@ -148,7 +148,8 @@ def view(
             viewer.display(q[0] if posed else viewer.q, up=vertical)
         if beside is not None:
             kind = "nao" if beside.lower() in nk.robot.nao.VERSIONS else "urdf" if Path(beside).suffix else "robot"
-            viewer.add_robot(RobotOptions(**{kind: beside}).load())
+            named: dict[str, Any] = {kind: beside}
+            viewer.add_robot(RobotOptions(**named).load())
             viewer.show("together")
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))

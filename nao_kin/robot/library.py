@@ -7,6 +7,7 @@ import functools
 import importlib
 import importlib.util
 import pkgutil
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -15,7 +16,6 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin.errors import BadModel, MissingExtra, UnknownName
 from nao_kin.robot.build import Base
 from nao_kin.robot.model import RobotModel
-from nao_kin.robot.nao.rows import VERSIONS
 from nao_kin.robot.semantics import Semantics
 from nao_kin.robot.semantics_files import NO_SEMANTICS
 
@@ -78,7 +78,7 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     if name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
-    if name.lower() in ("nao", *VERSIONS):
+    if re.fullmatch(r"nao|v\d(\.\d)?", name.lower()):
         hint = "load_nao loads a NAO, and on the command line --nao"
     if "/" in name or Path(name).suffix:
         hint = "a file is read with RobotModel.from_file, and on the command line with --urdf"
