@@ -150,10 +150,10 @@ def by_name(angles: JointValues) -> Mapping[str, ArrayLike]:
     """Return `angles`, or the values by name of a data frame of pandas or polars, or of a series of pandas."""
     if isinstance(angles, Mapping):
         return angles
-    if not hasattr(angles, "columns") and not hasattr(angles, "keys"):
+    names = angles.columns if hasattr(angles, "columns") else getattr(angles, "keys", lambda: None)()
+    if names is None:
         way = "robot.posture names a posture, and an array of all joints is a configuration already"
         raise BadArgument(f"values are given by joint, as in {{'HeadYaw': 0.3}}, got {quoted(angles, 60)}; {way}")
-    names = angles.columns if hasattr(angles, "columns") else angles.keys()
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise BadArgument(
