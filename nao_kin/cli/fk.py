@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,6 @@ import numpy as np
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, LimitPolicy
 from nao_kin._core.process import usable_cores
-from nao_kin._core.text import quoted
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import Needs, OutputOptions, RobotOptions, argument, command, option
 from nao_kin.cli.output import (
@@ -189,9 +187,7 @@ def fk(
         _stream(robot.load(), files, given, wanted, streamed, limits, json=written.json)
         return
     if len(files) > 1:
-        new = next((path for path in files if not os.path.exists(path)), None)
-        about = f"{quoted(new)} is no file; --output names the file to write"
-        raise BadArgument(f"{len(files)} files; several files need --output" if new is None else about)
+        raise BadArgument(f"{len(files)} files; several files need --output, which names the file to write")
     from nao_kin.stream import PoseColumns
 
     model = robot.load()

@@ -152,8 +152,7 @@ def by_name(angles: JointValues) -> Mapping[str, ArrayLike]:
         return angles
     names = angles.columns if hasattr(angles, "columns") else getattr(angles, "keys", lambda: None)()
     if names is None:
-        way = "robot.posture names a posture, and an array of all joints is a configuration already"
-        raise BadArgument(f"values are given by joint, as in {{'HeadYaw': 0.3}}, got {quoted(angles, 60)}; {way}")
+        raise BadArgument(f"values by joint are expected, got {quoted(angles, 60)}; robot.posture names a posture")
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise BadArgument(

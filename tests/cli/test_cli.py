@@ -334,11 +334,11 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
         (("ik", "LArm", "--xyz", "0.1", "0.2", "0.3"), "no such option: --xyz"),
         (("fk", "--format", "json"), "'json' is no file; the option is --json"),
         (("fk", "larm"), "unknown frame 'larm' (nearest: LArm"),
-        (("fk", __file__, "out.csv"), "'out.csv' is no file; --output names the file to write"),
+        (("fk", __file__, "out.csv"), "2 files; several files need --output, which names the file to write"),
         (("fk", "--robot", "v5"), "load_nao loads a NAO, and on the command line --nao"),
         (("ik", "LArm", "--target", "15 12 5 cm"), "'cm' is not a finite number; units are not written"),
         (("reach", "LArm", "--html", "r.html", "--by", "manipulability"), "best and mean manipulability"),
-        (("reach", "LArm", "--voxel", "10"), "voxel = 10 m, but the whole reach of LArm is at most"),
+        (("reach", "LArm", "--voxel", "10"), "voxel = 10 m is wider than the whole reach of LArm, 0.442 m"),
         (("info", "LArm"), "nexpected extra argument"),
     ],
 )
