@@ -103,7 +103,7 @@ Q, POSE = NAO.neutral(), np.eye(4)
         (lambda: NAO.columns(["HeadYaw"]), "unknown joint, chain or frame"),  # type: ignore[arg-type]
         (lambda: NAO.configuration("Stand"), "robot.posture"),  # type: ignore[arg-type]
         (lambda: NAO.configuration({"HeadYaw": 30.0}), "values are in radians"),
-        (lambda: nk.ik.arm(NAO, "L", POSE[:3, :3]), "nk.screws.pose makes a pose of a rotation"),
+        (lambda: nk.ik.arm(NAO, "L", nk.rotations.rot_x(0.3)), "nk.screws.pose makes a pose of a rotation"),
         (lambda: nk.rotations.matrix_from_quat(POSE[:3, :3]), "nk.rotations.quat_from_matrix"),
         (lambda: nk.screws.exp(POSE), "nk.screws.log"),
         (lambda: nk.Viewer(NAO).show(Q), "display(q)"),  # type: ignore[arg-type]
