@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import nao_kin as nk
 from nao_kin._core.process import wait_for_signal
@@ -148,7 +148,7 @@ def view(
             viewer.display(q[0] if posed else viewer.q, up=vertical)
         if beside is not None:
             kind = "nao" if beside.lower() in nk.robot.nao.VERSIONS else "urdf" if Path(beside).suffix else "robot"
-            viewer.add_robot(replace(RobotOptions(), **{kind: beside}).load())
+            viewer.add_robot(RobotOptions(**dict[str, Any]({kind: beside})).load())
             viewer.show("together")
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))
