@@ -98,14 +98,15 @@ class Option(NamedTuple):
 
     def value(self, given: Any) -> Any:
         """Return the value of what was given: a flag, a text, or texts."""
+        texts = given if isinstance(given, list) else [given]
+        if self.flags and self.kind is not bool and not all(map(str.strip, texts)):
+            raise BadArgument(f"{self.label} is empty")
         if self.kind is bool or self.several:
             return given
-        if isinstance(given, list) and len(given) > 1:
-            times = "twice" if len(given) == 2 else f"{len(given)} times"
+        if len(texts) > 1:
+            times = "twice" if len(texts) == 2 else f"{len(texts)} times"
             raise BadArgument(f"{self.label} is given {times}; give it once")
-        text = given[0] if isinstance(given, list) else given
-        if self.flags and not text.strip():
-            raise BadArgument(f"{self.label} is empty")
+        text = texts[0]
         if self.choices and text not in self.choices:
             about = f" ({self.field.metadata['help']})" if text.lower() in self.field.metadata["help"].lower() else ""
             raise BadArgument(f"{self.label} {quoted(text)}: expected one of {', '.join(self.choices)}{about}")

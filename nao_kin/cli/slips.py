@@ -96,11 +96,12 @@ def _after_its_option(word: str, options: Mapping[str, Any], given: list[str], l
     """Return a word that stands alone, behind the option it means if it is no file."""
     if "file" not in options and any(not option.flags for option in options.values()):
         return [word]
+    name = word.rstrip("/")
+    meant = next((flag for option in options.values() for flag in option.flags if flag == f"--{name}"), None)
+    if "file" in options and meant is not None and not os.path.isfile(word):
+        raise BadArgument(f"{quoted(name)} is no file; the option is {meant}")
     if os.path.exists(word):
         return ["--urdf", word] if "urdf" in options and word.lower().endswith((".urdf", ".xacro")) else [word]
-    meant = next((flag for option in options.values() for flag in option.flags if flag == f"--{word}"), None)
-    if "file" in options and meant is not None:
-        raise BadArgument(f"{quoted(word)} is no file; the option is {meant}")
     free = [flag for flag in ("--nao", "--compare") if flag[2:] in options and flag not in given]
     if word.lower() in nk.robot.nao.VERSIONS and free:
         return [free[0], word.lower()]
