@@ -107,7 +107,7 @@ def with_pink(robot: nk.RobotModel, frame: str) -> Solver:
                 if np.linalg.norm(task.compute_error(configuration)) < 0.5 * TOLERANCE:
                     break
                 speeds = pink.solve_ik(
-                    configuration, [task], 1.0, solver="quadprog", limits=limits, damping=1e-9, safety_break=False
+                    configuration, [task], 1.0, solver="daqp", limits=limits, damping=1e-9, safety_break=False
                 )
                 configuration.integrate_inplace(speeds, 1.0)
             answers[k] = configuration.q

@@ -82,8 +82,8 @@ def robot_fixed() -> nk.NaoModel:
 
 def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
     """Quadratic programs of pink; raises ImportError if pink is not installed."""
+    import daqp  # type: ignore[import-not-found]  # noqa: F401
     import pink
-    import quadprog  # noqa: F401
     from pink.limits import ConfigurationLimit
     from pink.tasks import FrameTask
 
@@ -103,8 +103,9 @@ def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
         for _ in range(STEPS):
             if max(np.linalg.norm(task.compute_error(configuration)) for task in tasks) < 0.5 * TOLERANCE:
                 break
+            # With a damping of 1e-9 and these weights, daqp ends short of the targets.
             speeds = pink.solve_ik(
-                configuration, tasks, 1.0, solver="quadprog", limits=limits, damping=1e-9, safety_break=False
+                configuration, tasks, 1.0, solver="daqp", limits=limits, damping=1e-6, safety_break=False
             )
             configuration.integrate_inplace(speeds, 1.0)
         return np.asarray(configuration.q)

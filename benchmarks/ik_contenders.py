@@ -82,7 +82,7 @@ def with_pink(robot: nk.RobotModel, frame: str, limb: nk.ik.IKResult) -> Solver:
                     answers[k] = configuration.q
                     break
                 speeds = pink.solve_ik(
-                    configuration, [task], 1.0, solver="quadprog", limits=limits, damping=1e-9, safety_break=False
+                    configuration, [task], 1.0, solver="daqp", limits=limits, damping=1e-9, safety_break=False
                 )
                 configuration.integrate_inplace(speeds, 1.0)
         return answers

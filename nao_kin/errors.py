@@ -159,6 +159,9 @@ _WAYS: tuple[tuple[str, tuple[int, ...], str], ...] = (
     ("(..., 3, 3)", (4,), "nk.rotations.matrix_from_quat takes a quaternion"),
     ("(..., 4, 4)", (3, 3), "nk.screws.pose makes one of a rotation and a translation"),
     ("(..., 4, 4)", (3,), "nk.ik.numeric takes a position alone"),
+    ("(..., 4, 4) for poses or (..., 3) for positions", (3, 3), "nk.screws.pose makes a pose of a rotation"),
+    ("(..., 4)", (3, 3), "nk.rotations.quat_from_matrix takes a rotation matrix"),
+    ("(..., 6)", (4, 4), "nk.screws.log takes a pose"),
 )
 
 
@@ -251,7 +254,8 @@ class OutsideLimits(NaoKinError):
     def __init__(self, violations: Sequence[Any], count: int | None = None) -> None:
         self.violations = tuple(violations)
         self.count = len(self.violations) if count is None else count
-        super().__init__(self.describe())
+        turned = any(row.unit == "rad" and abs(row.value) > 2.0 * math.pi for row in self.violations)
+        super().__init__(self.describe() + ("; values are in radians" if turned else ""))
 
     def describe(self, *, degrees: bool = False) -> str:
         """Return the message, optionally with angles in degrees."""

@@ -158,6 +158,8 @@ def errors_naming(path: object) -> Iterator[None]:
     """Turn errors inside the context into a `BadArgument` that says why the path cannot be written."""
     try:
         yield
+    except BrokenPipeError:  # whoever reads has seen enough
+        raise
     except OSError as error:
         raise BadArgument(f"cannot write {abbreviated(path)}: {error.strerror or error}") from None
     except (ValueError, TypeError) as error:

@@ -18,6 +18,8 @@ _PACKAGE = Path(__file__).parents[1]
 _NOT_FOR_CALLERS = ("cli", "compat")
 # Classes whose methods and properties are found, and what an object of them is called.
 _OBJECTS = {"RobotModel": "robot", "KinematicRobot": "robot", "NaoModel": "nao", "Motion": "motion", "Viewer": "viewer"}
+# Words by which names of other libraries begin, or which join their words.
+_IN_MANY_NAMES = ("as", "calculate", "compute", "get", "is", "of", "set", "the", "to")
 
 
 @cache
@@ -59,18 +61,51 @@ def _members(kind: ast.ClassDef) -> Iterator[tuple[str, str]]:
             yield node.attr, _OBJECTS[kind.name]
 
 
+def _by_words(name: str, own: Iterable[str]) -> list[str]:
+    """Return the places of a public name, or of those with its words in its order: getPosition, quaternion_multiply.
+
+    Those of the `own` names of what is asked come first.
+    """
+    index = public_index()
+    turned = "_from_".join(reversed(re.split("_to_|2", name, maxsplit=1)))  # rpy_to_matrix is matrix_from_rpy
+    name = name if name in index else turned
+    if name in index:
+        return list(index[name])
+    asked = [word for word in _words(name) if word not in _IN_MANY_NAMES]
+    others = []
+    for one in index if asked else ():
+        rest = iter(words := _words(one))
+        if all(any(_alike(word, other) for other in rest) for word in asked):
+            others.append((one not in own, len(words), one[0].isupper(), len(one), one))
+    return [place for *_, one in sorted(others) for place in index[one] if not place.startswith("nk.errors.")]
+
+
+def _words(name: str) -> list[str]:
+    return [word.lower() for word in re.findall("[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
+
+
+def _alike(one: str, other: str) -> bool:
+    """Return whether two words are equal, or one abbreviates the other: quat, quaternion."""
+    short, long = sorted((one, other), key=len)
+    return one == other or (len(short) > 3 and long.startswith(short))
+
+
+def _share_a_word(one: str, other: str) -> bool:
+    return any(_alike(first, second) for first in _words(one) for second in _words(other))
+
+
 def unknown_attribute(owner: str, name: str, valid: Iterable[str]) -> AttributeError:
     """Return the error for an attribute `name` that `owner`, as Python's own message has it, lacks among `valid`."""
     message = f"{owner} has no attribute {name!r}"
     if name.startswith("_"):
         return AttributeError(message)
-    first, to, second = name.partition("_to_")  # rpy_to_matrix is matrix_from_rpy
-    index = public_index()
-    elsewhere = (index.get(name) or index.get(f"{second}_from_{first}" if to else "", ()))[:3]
-    if elsewhere:
-        return AttributeError(f"{message}; see {', '.join(elsewhere)}")
-    near = nearest_names(name, (one for one in valid if not one.startswith("_")), similar=0.75)
-    return AttributeError(f"{message}; nearest: {', '.join(near)}" if near else message)
+    own = dict.fromkeys(one for one in valid if not one.startswith("_"))
+    near = nearest_names(name, own, similar=0.75)
+    near = tuple(one for one in near if one[0].lower() == name[0].lower() or _share_a_word(one, name))
+    is_misspelt = any(abs(len(one) - len(name)) < 2 for one in nearest_names(name, near, similar=0.9))
+    elsewhere = [] if is_misspelt and name not in public_index() else _by_words(name, own)[:3]
+    advice = f"; see {', '.join(elsewhere)}" if elsewhere else f"; nearest: {', '.join(near)}" if near else ""
+    return AttributeError(message + advice)
 
 
 def public_attributes(module: str) -> dict[str, Any]:

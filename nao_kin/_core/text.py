@@ -25,9 +25,9 @@ _LONG_WORD = re.compile(rf"\S{{{_MAX_WORD + 1},}}")
 
 
 def nearest_names(name: str, valid: Iterable[str], count: int = 3, similar: float = 0.5) -> tuple[str, ...]:
-    """Return the valid names most similar to `name`, best first, whatever their letter case.
+    """Return the valid names that begin with `name`, then the most similar ones, best first, in any letter case.
 
-    `similar` is the least ratio of equal letters, from 0 to 1.
+    `similar` is the least ratio of equal letters, from 0 to 1. Three letters are a beginning.
 
     Examples:
         >>> nearest_names("lhnd", ["LHand", "RHand", "LLeg"])
@@ -39,8 +39,9 @@ def nearest_names(name: str, valid: Iterable[str], count: int = 3, similar: floa
     by_lower: dict[str, list[str]] = {}
     for candidate in valid:
         by_lower.setdefault(candidate.lower(), []).append(candidate)
+    begun = sorted((lower for lower in by_lower if name[2:] and lower.startswith(name.lower())), key=len)
     close = difflib.get_close_matches(name.lower(), list(by_lower), n=count, cutoff=similar)
-    return tuple(candidate for lower in close for candidate in by_lower[lower])[:count]
+    return tuple(candidate for lower in dict.fromkeys([*begun, *close]) for candidate in by_lower[lower])[:count]
 
 
 def abbreviated(value: object, max_length: int = MAX_ECHOED) -> str:
@@ -146,5 +147,5 @@ def _endless(endings: tuple[str, ...]) -> Iterator[str]:
 
 def two_numbers(text: str) -> tuple[int, int] | None:
     """Return two whole numbers such as 640x480; None for another text."""
-    found = re.fullmatch(r"(\d{1,7})\s*[xX×*]\s*(\d{1,7})", text)
+    found = re.fullmatch(r"(\d{1,7})\s*[xX×*,]\s*(\d{1,7})", text)
     return None if found is None else (int(found[1]), int(found[2]))

@@ -142,7 +142,9 @@ class Calibration:
         Raises:
             BadArgument: the robot had offsets before, which the file would lack; or the file exists.
         """
-        if self.robot.tree.offsets:
+        tree = self.robot.tree
+        tools = {row.child: row for row in tree.joints if row.child in tree.added}
+        if not tree.offsets.keys() <= {row.name for row in tools.values()}:
             raise BadArgument(f"{self.robot.name} had offsets before the calibration, which the file would lack")
         about: dict[str, Any] = {
             "robot": self.robot.name,
@@ -155,7 +157,9 @@ class Calibration:
             "standard_deviations": self.standard_deviations,
         }
         remarks, offsets, known = dict[str, str](), self.offsets, self.robot.semantics
-        # The file also has what the robot had been given: other lenses, and the errors of sensors.
+        # The file also has what the robot had been given: more frames, other lenses, and the errors of sensors.
+        more = {name: (link, (*tools[name].origin.xyz, *tools[name].origin.rpy)) for name, link in tree.added.items()}
+        offsets |= {"added_frames": more} if more else {}
         offsets["cameras"] = {**known.lenses, **offsets.get("cameras", {})}
         offsets |= {"sensors": known.sensors} | ({"version": known.version} if known.version else {})
         joints = offsets["joints"]

@@ -25,10 +25,10 @@ from nao_kin.cli import (  # noqa: F401
     ik,
     motion,
     naoqi,
-    odometry,
     reach,
     robots,
     sample,
+    state,
     view,
 )
 from nao_kin.cli.options import COMMANDS
@@ -57,7 +57,7 @@ _motion = typer.Typer(
 # What commands are for → their names, in the order of the help; `motion` is a group of commands.
 _JOBS = {
     "A robot": "info joints fk ik reach collisions",
-    "A robot on the floor, its cameras and logs": "balance odometry state camera calibrate",
+    "A robot on the floor, its cameras and logs": "balance state camera calibrate",
     "Motions": "motion imitate",
     "Pictures, and files for other programs": "view export",
     "NAOqi": "serve run live",

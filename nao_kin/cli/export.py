@@ -68,7 +68,8 @@ def export(
     target: OutOptions,
     format_: str | None = option(
         "FORMAT",
-        "urdf, mjcf, srdf, ros2, sdf or gltf. Default: by the ending of OUT, if that is .urdf, .srdf or .glb.",
+        "urdf, mjcf (MuJoCo), srdf (MoveIt), ros2, sdf (Gazebo) or gltf (Blender). Default: by the ending of OUT, if "
+        "that is .urdf, .srdf or .glb.",
     ),
     options: export_options(),  # type: ignore[valid-type]  # evaluated when the command is called
     timeline: str | None = shared.TIMELINE,

@@ -187,7 +187,7 @@ def fk(
         _stream(robot.load(), files, given, wanted, streamed, limits, json=written.json)
         return
     if len(files) > 1:
-        raise BadArgument(f"{len(files)} files; several files need --output")
+        raise BadArgument(f"{len(files)} files; several files need --output, which names the file to write")
     from nao_kin.stream import PoseColumns
 
     model = robot.load()

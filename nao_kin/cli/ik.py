@@ -240,7 +240,8 @@ class _Answers:
         """Print the answer for one target: its kind, the reason, and a table of joints and solutions."""
         found, count = self.found, int(self.found.count)
         article = "an" if self.kind == "orientation" else "a"
-        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else f'{article} {self.kind}'}")
+        turned = ", quaternion w x y z" if len(str(self.request.target).replace(",", " ").split()) in (4, 7) else ""
+        print(f"target: {'the poses of both feet' if self.request.frame == LEGS else f'{article} {self.kind}{turned}'}")
         print(found.describe(degrees=self.request.deg))
         if np.isnan(found.best).any():
             return

@@ -89,13 +89,8 @@ def convert(
     motion = motions.time_warp(motion, lambda times: times + lead) if lead else motion
     motions.write_motion(motion, sink, format=to, rate=rate, degrees=source.deg, overwrite=True)
     if written.json:
-        print_json(
-            {
-                **_facts(motion),
-                "output": sink,
-                "changes": [_in_unit(change.as_dict(), source.deg) for change in changes],
-            }
-        )
+        rows = [_in_unit(change.as_dict(), source.deg) for change in changes]
+        print_json({**_facts(motion), "output": sink, "changes": rows})
         return
     print_note(*(change.describe(degrees=source.deg) for change in changes))
     print_written(sink)
@@ -235,11 +230,9 @@ def _print_report(report: MotionReport, *, deg: bool, every: bool) -> None:
         more = len(report.violations) - len(rows)
         if more:
             print(f"and {more} more intervals of these joints (--all lists them)")
-    lines = report.describe(degrees=deg).splitlines()
-    print(lines[0])
+    first, *lines = report.describe(degrees=deg).splitlines()
     print(
-        "".join(f"{line}\n" for line in lines[1:] if " sampled " in line or line.startswith(("accepted", "balance: "))),
-        end="",
+        first, *(line for line in lines if " sampled " in line or line.startswith(("accepted", "balance: "))), sep="\n"
     )
 
 

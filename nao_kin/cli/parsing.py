@@ -98,16 +98,18 @@ class Option(NamedTuple):
 
     def value(self, given: Any) -> Any:
         """Return the value of what was given: a flag, a text, or texts."""
+        texts = given if isinstance(given, list) else [given]
+        if self.flags and self.kind is not bool and not all(map(str.strip, texts)):
+            raise BadArgument(f"{self.label} is empty")
         if self.kind is bool or self.several:
             return given
-        if isinstance(given, list) and len(given) > 1:
-            times = "twice" if len(given) == 2 else f"{len(given)} times"
+        if len(texts) > 1:
+            times = "twice" if len(texts) == 2 else f"{len(texts)} times"
             raise BadArgument(f"{self.label} is given {times}; give it once")
-        text = given[0] if isinstance(given, list) else given
-        if self.flags and not text.strip():
-            raise BadArgument(f"{self.label} is empty")
+        text = texts[0]
         if self.choices and text not in self.choices:
-            raise BadArgument(f"{self.label} {quoted(text)}: expected one of {', '.join(self.choices)}")
+            about = f" ({self.field.metadata['help']})" if text.lower() in self.field.metadata["help"].lower() else ""
+            raise BadArgument(f"{self.label} {quoted(text)}: expected one of {', '.join(self.choices)}{about}")
         if self.kind not in (int, float):
             return text
         number = finite_decimal(text)
@@ -187,10 +189,13 @@ def usage_message(error: Any) -> str:
     see = "" if error.ctx is None else f"see {error.ctx.command_path} --help"
     if not hasattr(error, "possibilities"):
         return abbreviated(error.format_message().rstrip(".")) + (f" ({see})" if see else "")
-    name, command = error.option_name, error.ctx.command
-    known = [flag[2:] for option in command.get_params(error.ctx) for flag in option.opts if flag.startswith("--")]
-    near = ", ".join(f"--{flag}" for flag in nearest_names(name.lstrip("-"), known, similar=0.6))
-    advice = f"nearest: {near}" if near else see
+    name, given = error.option_name, error.ctx.command.get_params(error.ctx)
+    known, word = [flag for option in given for flag in option.opts if flag.startswith("--")], name.lstrip("-")
+    near = [f"{option.opts[0]} {word}" for option in given if word in str(option.metavar).strip("<>").split("|")]
+    near = near or [f"--{flag}" for flag in nearest_names(word, [flag[2:] for flag in known], similar=0.7)]
+    advice = f"nearest: {', '.join(near)}" if near else see
+    if isinstance(error.ctx.command, Group) and word in _OF_ROBOTS | {"json", "deg"}:
+        advice = "the options of a command stand after it"
     if name.endswith("-completion"):  # what other programs with typer have
         shell = os.path.basename(os.environ.get("SHELL", ""))
         advice = f"to set up completion: {SETUP.get(shell, SETUP['bash'])}"
@@ -235,6 +240,7 @@ class Group(TyperGroup):
             near = nearest_names(args[0], self.commands, similar=0.75)
             advice = f"nearest: {', '.join(near)}" if near else f"see {ctx.command_path} --help"
             advice = f"that is {ELSEWHERE[args[0]]}" if args[0] in ELSEWHERE else advice
+            advice = f"a command comes before a file; {advice}" if os.path.exists(args[0]) else advice
             raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
         name = " ".join([*ctx.command_path.split()[1:], args[0]])
         if name in COMMANDS:

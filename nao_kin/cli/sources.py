@@ -104,7 +104,8 @@ def numbers_of(text: str, option: str, count: int | None = None) -> list[float]:
     for word in words:
         number = finite_decimal(word)
         if number is None:
-            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number")
+            unit = "; units are not written" if word.lstrip("+-.0123456789").isalpha() else ""
+            raise BadArgument(f"{option} {quoted(text)}: {quoted(word)} is not a finite number{unit}")
         numbers.append(number)
     if count not in (None, len(numbers)):
         raise BadArgument(f"{option} {quoted(text)}: {len(numbers)} numbers, expected {count}")
@@ -241,12 +242,13 @@ class Input(NamedTuple):
     sensors: dict[str, Floats]
 
     def measured(self, model: RobotModel, sole: list[str] | None, *kinds: str) -> dict[str, Any]:
-        """Return the sensors of some kinds, but with --sole none that are columns for each of the robot's soles."""
-        found = {kind: self.sensors[kind] for kind in kinds if kind in self.sensors}
-        apart = [kind for kind in found if kind == "contacts" or found[kind].shape[1] == len(model.semantics.soles)]
-        if sole and apart:
+        """Return the sensors of some kinds, or all; with --sole none that are columns for each of the robot's soles."""
+        found = {kind: self.sensors[kind] for kind in kinds or self.sensors if kind in self.sensors}
+        count = {"contacts": None, "forces": len(model.semantics.soles)}
+        apart = [kind for kind in found if sole and kind in count and count[kind] in (None, found[kind].shape[1])]
+        if apart:
             print_note(f"{apart[0]} of each sole are not used with --sole")
-        return {kind: found[kind] for kind in found if not (sole and kind in apart)}
+        return {kind: found[kind] for kind in found if kind not in apart}
 
 
 @dataclass(frozen=True)

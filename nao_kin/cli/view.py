@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import nao_kin as nk
 from nao_kin._core.process import wait_for_signal
 from nao_kin._core.text import abbreviated
 from nao_kin.cli import options as shared
@@ -149,11 +149,8 @@ def view(
         elif posed or vertical is not None:
             viewer.display(q[0] if posed else viewer.q, up=vertical)
         if beside is not None:
-            if re.fullmatch(r"v\d(\.\d)?", beside):
-                other = RobotOptions(nao=beside)
-            else:
-                other = RobotOptions(urdf=beside) if Path(beside).suffix else RobotOptions(robot=beside)
-            viewer.add_robot(other.load())
+            kind = "nao" if beside.lower() in nk.robot.nao.VERSIONS else "urdf" if Path(beside).suffix else "robot"
+            viewer.add_robot(RobotOptions(**dict[str, Any]({kind: beside})).load())
             viewer.show("together")
         if frame is not None:
             viewer.show_frames(frame_names(model, frame))

@@ -41,7 +41,9 @@ def as_poses(T: ArrayLike, what: str) -> Floats:
 def is_pose(value: ArrayLike, what: str) -> bool:
     """Return whether targets are poses, shape (..., 4, 4), or positions, shape (..., 3); refuse other shapes."""
     shape: Shape = value.shape if type(value) is np.ndarray else as_numbers(value, what).shape
-    if shape[-2:] != (4, 4) and shape[-1:] != (3,):
+    # Three points in the rows of a rotation are a slip, unless they lie on the axes.
+    turned = shape == (3, 3) and np.any(np.mod(value, 1)) and np.allclose(np.dot(value, np.transpose(value)), np.eye(3))
+    if turned or (shape[-2:] != (4, 4) and shape[-1:] != (3,)):
         raise WrongShape(what, "(..., 4, 4) for poses or (..., 3) for positions", shape)
     return shape[-2:] == (4, 4)
 

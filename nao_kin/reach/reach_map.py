@@ -255,7 +255,7 @@ class ReachMap:
             >>> bool((reach.column("coverage") <= 1).all())
             True
         """
-        choice(name, COLUMNS, "number of a voxel")
+        choice(name, COLUMNS, "column of a reach map", "best and mean are those of the manipulability")
         return np.asarray(getattr(self, name), dtype=np.float64)
 
     # --- queries --------------------------------------------------------------------------------------------------

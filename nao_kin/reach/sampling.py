@@ -88,6 +88,8 @@ def workspace(
     if not edge > 0.0:
         raise BadArgument(f"voxel must be positive, got {edge:g}")
     chain = moved_chain(robot, frame, reference)
+    if edge > 2.0 * chain.radius:
+        raise BadArgument(f"voxel = {edge:g} m is wider than the whole reach of {frame}, {2.0 * chain.radius:.3g} m")
     grid = _grid(chain.centre, chain.radius, edge)
     frames, step = (chain.frame, chain.reference), chain.manipulability_step
     settings = ReachSettings(robot.name, *frames, chain.joints, chain.digest, edge, number, step)

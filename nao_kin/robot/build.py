@@ -309,7 +309,7 @@ class FrameTable:
     def id(self, name: object) -> int:
         """Return the id of a frame."""
         if not isinstance(name, str | None):
-            raise BadArgument(f"a frame is named by a text, got {quoted(name)}; q and targets have their own places")
+            raise BadArgument(f"a frame is named by a text, got {quoted(name, 60)}; are two arguments swapped?")
         if name not in self._ids:
             raise UnknownName("frame", name, self.names, self._about_world if str(name) == WORLD else "")
         frames = self._ambiguous.pop(name, None)  # removed, so that only the first call warns
@@ -349,7 +349,7 @@ class FrameTable:
         """Return the ids of the frames with these names, or with one name; for None, those of all links."""
         if names is None:
             return self._link_ids
-        key = (names,) if isinstance(names, str) else tuple(names)
+        key = (names,) if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
         try:
             return self._known(key)
         except TypeError:  # what cannot be hashed is no name

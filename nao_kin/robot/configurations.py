@@ -150,7 +150,9 @@ def by_name(angles: JointValues) -> Mapping[str, ArrayLike]:
     """Return `angles`, or the values by name of a data frame of pandas or polars, or of a series of pandas."""
     if isinstance(angles, Mapping):
         return angles
-    names = angles.columns if hasattr(angles, "columns") else angles.keys()
+    names = angles.columns if hasattr(angles, "columns") else getattr(angles, "keys", lambda: None)()
+    if names is None:
+        raise BadArgument(f"values by joint are expected, got {quoted(angles, 60)}; robot.posture names a posture")
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise BadArgument(

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from nao_kin._core.arrays import Floats, LimitPolicy, as_floats, choice, flag, limit_policy, texts
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin.errors import BadArgument, NotFinite, UnknownName
+from nao_kin.errors import BadArgument, NotFinite
 from nao_kin.robot.build import Base, FrameIds, FrameTable, build_model, numbers_of, restore_numbers
 from nao_kin.robot.configurations import (
     ConfigurationSpace,
@@ -167,8 +167,7 @@ class KinematicRobot(Guessing):
             ([8, 9, 10, 11, 12, 13], [0, 1], [2])
         """
         table, known = self.joints, {**self.frame_table, **self.chains, **self._units}
-        if name not in known:
-            raise UnknownName("joint, chain or frame", name, tuple(known))
+        choice(name, known, "joint, chain or frame")
         if name in self.chains or name in self._units:
             rows = [table.row(joint) for joint in self.chains.get(name, (name,))]
         else:

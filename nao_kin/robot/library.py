@@ -7,6 +7,7 @@ import functools
 import importlib
 import importlib.util
 import pkgutil
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -77,8 +78,8 @@ def load_robot(name: str, *, base: Base = "fixed") -> RobotModel:
     if name in described:
         return _described(name, base)
     hint = f"names of {_DESCRIPTIONS} need pip install 'nao-kin[descriptions]'" if lacks_theirs else ""
-    if name.lower() == "nao":
-        hint = "load_nao loads a NAO"
+    if re.fullmatch(r"nao|v\d(\.\d)?", name.lower()):
+        hint = "load_nao loads a NAO, and on the command line --nao"
     if "/" in name or Path(name).suffix:
         hint = "a file is read with RobotModel.from_file, and on the command line with --urdf"
     raise UnknownName("robot", name, (*files, *described), hint)

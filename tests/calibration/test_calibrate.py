@@ -476,6 +476,10 @@ def test_the_offsets_are_written_as_load_nao_takes_them(nao: nk.NaoModel, tmp_pa
     onto = calibrate(true, [replace(observations[0], q=q + 0 * rng.normal())], joints=["RKneePitch"])
     with pytest.raises(BadArgument, match="had offsets before"):
         onto.save(tmp_path / "more.toml")
+    tool = nk.load_nao().with_frame("Pen", "LArm", (0.08, 0.0, 0.02, 0.0, 0.0, 0.1))
+    held = calibrate(tool, observations, joints=["RKneePitch"], prior="none")
+    again = nk.load_nao(offsets=held.save(tmp_path / "tool.toml"))
+    assert np.allclose(again.fk(q, "Pen"), held.calibrated().fk(q, "Pen"), atol=1e-9)
 
 
 def test_the_file_says_where_offsets_are_from_and_leaves_out_what_the_data_do_not_determine(

@@ -148,7 +148,7 @@ def test_a_row_of_a_long_file_has_its_own_number_and_time(
 
 @pytest.mark.parametrize(
     "arguments",
-    [("fk",), ("fk", "--rate", "10"), ("collisions",), ("collisions", "--rate", "10"), ("balance",), ("odometry",),
+    [("fk",), ("fk", "--rate", "10"), ("collisions",), ("collisions", "--rate", "10"), ("balance",), ("state",),
      ("view", "--html", "{folder}/a.html")],
 )  # fmt: skip
 def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
@@ -167,7 +167,7 @@ def test_a_file_of_degrees_is_answered_with_the_option_for_degrees(
     assert "clamp" not in err
 
 
-READERS = (("fk",), ("balance",), ("collisions",), ("odometry",), ("view", "--html", "page.html", "--force"))
+READERS = (("fk",), ("balance",), ("collisions",), ("state",), ("view", "--html", "page.html", "--force"))
 
 
 @pytest.fixture
@@ -242,7 +242,7 @@ def test_every_command_gives_missing_joints_the_values_of_a_posture_or_a_number(
     printed = []
     for words in (("part.csv", "--missing", missing, "--ignore-other"), ("whole.csv", "--ignore-other")):
         out = io.StringIO()
-        with contextlib.redirect_stdout(out):
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
             assert run([command, *words, *more, "--json"]) in (0, 1), words
         printed.append(Path("page.html").read_text() if command == "view" else out.getvalue())
     assert printed[0] == printed[1]

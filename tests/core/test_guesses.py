@@ -53,6 +53,10 @@ def test_every_public_name_is_found_from_another_module(module: ModuleType) -> N
         (nk.rotations, "rpy_to_matrix", "nk.rotations.matrix_from_rpy"),  # not the inverse, whose letters are nearer
         (NAO, "balance", "motion.balance, nk.world.balance"),
         (NAO, "dh_table", "nk.joints.dh_table"),
+        (nk, "getQuaternionFromEuler", "nk.rotations.quat_from_euler"),
+        (nk, "quaternion_multiply", "nk.rotations.quat_multiply, nk.screws.dual_quat_multiply"),
+        (nk, "quat2euler", "nk.rotations.euler_from_quat"),
+        (NAO, "getAngles", "robot.angles, nk.naoqi.angles, nk.screws.lines.angle"),  # its own name comes first
         (nk.Viewer, "save_motion", ""),
     ],
 )
@@ -70,8 +74,8 @@ def test_other_names_are_answered_with_the_nearest_or_nothing() -> None:
         nk.rotations.rotx  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"'NaoModel' object has no attribute 'qqqqqqqqq'$"):
         nao.qqqqqqqqq  # type: ignore[attr-defined]  # noqa: B018
-    with pytest.raises(AttributeError, match=r"has no attribute 'Kinematics'$"):  # nothing is better than "semantics"
-        nk.Kinematics  # type: ignore[attr-defined]  # noqa: B018
+    with pytest.raises(AttributeError, match=r"has no attribute 'teach'$"):  # nothing is better than "reach"
+        nk.teach  # type: ignore[attr-defined]  # noqa: B018
     assert not hasattr(nao, "__array__")
 
 
@@ -95,6 +99,13 @@ Q, POSE = NAO.neutral(), np.eye(4)
         (lambda: nk.load_nao("r.urdf"), "RobotModel.from_file"),
         (lambda: nk.load_robot("nao"), "load_nao"),
         (lambda: nk.calibration.calibrate(NAO, "seen.json"), "read_observations"),  # type: ignore[arg-type]
+        (lambda: NAO.fk(Q, 5), "frame is named by a text"),  # type: ignore[arg-type]
+        (lambda: NAO.columns(["HeadYaw"]), "unknown joint, chain or frame"),  # type: ignore[arg-type]
+        (lambda: NAO.configuration("Stand"), "robot.posture"),  # type: ignore[arg-type]
+        (lambda: NAO.configuration({"HeadYaw": 30.0}), "values are in radians"),
+        (lambda: nk.ik.arm(NAO, "L", nk.rotations.rot_x(0.3)), "nk.screws.pose makes a pose of a rotation"),
+        (lambda: nk.rotations.matrix_from_quat(POSE[:3, :3]), "nk.rotations.quat_from_matrix"),
+        (lambda: nk.screws.exp(POSE), "nk.screws.log"),
         (lambda: nk.Viewer(NAO).show(Q), "display(q)"),  # type: ignore[arg-type]
     ],
 )

@@ -167,7 +167,6 @@ def table(path: Path) -> dict[str, np.ndarray]:
 
 WRITTEN: dict[str, list[str]] = {
     "fk": ["fk", "q.csv", "--frame", "LArm", "-o"],
-    "odometry": ["odometry", "q.csv", "-o"],
     "state": ["state", "q.csv", "-o"],
 }
 

@@ -426,7 +426,7 @@ def test_the_ply_file_holds_coloured_points(whole: ReachMap, tmp_path: Path, col
 
 
 def test_exports_that_cannot_be_written_are_refused(whole: ReachMap, tmp_path: Path) -> None:
-    with pytest.raises(UnknownName, match="number of a voxel 'bset'"):
+    with pytest.raises(UnknownName, match="column of a reach map 'bset'"):
         whole.save_ply(tmp_path / "a.ply", by="bset")
     for save in (whole.save, whole.save_vtk, whole.save_ply):
         with pytest.raises(BadArgument, match="cannot write"):

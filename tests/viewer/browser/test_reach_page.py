@@ -177,7 +177,7 @@ def test_a_map_without_differences_is_shown_too(nao: nk.NaoModel) -> None:
 def test_what_cannot_be_shown_is_refused(nao: nk.NaoModel, reach: ReachMap) -> None:
     viewer = Viewer(nao)
     before = viewer.static_html()
-    with pytest.raises(UnknownName, match="number of a voxel 'worst'"):
+    with pytest.raises(UnknownName, match="column of a reach map 'worst'"):
         viewer.show_reach(reach, by="worst")
     with pytest.raises(BadArgument, match="is of nao_v5, and the viewer shows nao_v6"):
         viewer.show_reach(replace(reach, settings=replace(reach.settings, robot="nao_v5")))

@@ -1,9 +1,9 @@
-"""`nao-kin odometry` and `state`, as people use them: logs with and without sensors, a motion, and wrong words."""
+"""`nao-kin state`, as people use it: logs with and without sensors, a motion, and wrong words."""
 
 from __future__ import annotations
 
-import io
 import json
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -18,22 +18,15 @@ from nao_kin.rotations import rpy_from_matrix
 
 MEASURED = ("left", "right", "gx", "gy", "gz")
 
-
-def noted(command: str, capsys: Capture, *arguments: str) -> str:
-    """Return the output of a command that notes nothing but what is not known without rest and sensors."""
-    assert run([command, *arguments]) == 0
-    out, err = capsys.readouterr()
-    usual = "bias is not known", "nor an inertial unit show"
-    assert all(any(text in line for text in usual) for line in err.splitlines())
-    return str(out)
+said = partial(command_line.said_with_notes, "state")
+refused = partial(command_line.refused, "state")
 
 
-said = partial(noted, "odometry")
-refused = partial(command_line.refused, "odometry")
-with_notes = partial(command_line.said_with_notes, "odometry")
-said_of_state = partial(noted, "state")
-state_with_notes = partial(command_line.said_with_notes, "state")
-state_refused = partial(command_line.refused, "state")
+def rows(capsys: Capture, path: str, *arguments: str) -> tuple[Mapping[str, np.ndarray], str]:
+    """Return the columns that the command writes, and its notes."""
+    out = Path(path).with_suffix(".npz")
+    _, notes = said(capsys, path, *arguments, "-o", str(out), "--force")
+    return np.load(out), notes
 
 
 def walk(nao: nk.NaoModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -57,46 +50,36 @@ def log(path: Path, nao: nk.NaoModel, *, more: bool = True) -> str:
     return str(path)
 
 
-def assert_is(text: str, path: nk.world.Odometry, *, degrees: bool = False) -> None:
-    """The CSV is this trajectory, to 12 digits."""
-    angles = rpy_from_matrix(path.T_world_base[:, :3, :3])
-    wanted = np.column_stack([path.times, path.T_world_base[:, :3, 3], np.degrees(angles) if degrees else angles])
-    head, *rows = text.splitlines()
-    assert head == ",".join(
-        ["time,x,y,z", *(f"{name}{'_deg' * degrees}" for name in ("roll", "pitch", "yaw")), "support"]
-    )
-    np.testing.assert_allclose(
-        np.loadtxt(io.StringIO("\n".join(rows)), delimiter=",", usecols=range(7)), wanted, rtol=1e-12, atol=1e-12
-    )
-    assert [row.rsplit(",", 1)[1] for row in rows] == [path.soles[k] for k in path.support]
+def assert_is(table: Mapping[str, np.ndarray], found: nk.world.State, *, degrees: bool = False) -> None:
+    """The rows are this trajectory, to 12 digits."""
+    angles = rpy_from_matrix(found.T_world_base[:, :3, :3])
+    wanted = np.column_stack([found.times, found.T_world_base[:, :3, 3], np.degrees(angles) if degrees else angles])
+    names = ("time", "x", "y", "z", *(f"{name}{'_deg' * degrees}" for name in ("roll", "pitch", "yaw")))
+    np.testing.assert_allclose(np.column_stack([table[name] for name in names]), wanted, rtol=1e-12, atol=1e-12)
+    assert table["support"].tolist() == found.support.tolist()
 
 
 def test_a_log_of_joints_gives_the_trajectory(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     times, q, _ = walk(nao)
     path = log(tmp_path / "log.csv", nao, more=False)
-    found = nk.world.odometry(nao, q, times)
-    assert len(set(found.support.tolist())) == 2
-    assert_is(said(capsys, path), found)
-    assert_is(said(capsys, path, "--sole", "RLeg"), nk.world.odometry(nao, q, times, soles=["RLeg"]))
-    document = json.loads(said(capsys, path, "--json"))
-    assert document["units"] == {"length": "m", "angle": "rad"}
-    assert len(document["rows"]) == 60
-    assert document["rows"][-1]["x"] == pytest.approx(found.T_world_base[-1, 0, 3], abs=1e-12)
-    assert document["rows"][-1]["support"] == found.soles[found.support[-1]]
+    found = nk.world.state(nao, q, times)
+    assert len(set(found.support.tolist())) == 3
+    assert_is(rows(capsys, path)[0], found)
+    assert_is(rows(capsys, path, "--sole", "RLeg")[0], nk.world.state(nao, q, times, soles=["RLeg"]))
 
 
 def test_a_posture_gives_the_joints_that_a_motion_does_not_name(
     capsys: Capture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
-    motion = nk.Motion([0.0, 1.0, 2.0], ["LKneePitch", "RKneePitch"], [[0.7, 0.7], [0.9, 0.7], [0.7, 0.9]])
+    motion = nk.Motion([0.0, 1.0, 2.0], ["LKneePitch", "RKneePitch"], [[0.1, 0.1], [0.3, 0.1], [0.1, 0.3]])
     file = str(tmp_path / "steps.json")
     nk.motion.write_motion(motion, file)
-    trajectory = motion.configurations(nao, rate=10.0, missing="Crouch")
-    assert_is(
-        said(capsys, file, "--posture", "Crouch", "--rate", "10"),
-        nk.world.odometry(nao, trajectory.q, trajectory.times),
-    )
-    assert said(capsys, file, "--rate", "10") != said(capsys, file, "--rate", "10", "--posture", "Crouch")
+    found = []
+    for more, missing in (((), "StandInit"), (("--posture", "Stand"), "Stand")):
+        trajectory = motion.configurations(nao, rate=10.0, missing=missing)
+        found.append(rows(capsys, file, "--rate", "10", *more)[0])
+        assert_is(found[-1], nk.world.state(nao, trajectory.q, trajectory.times))
+    assert not np.allclose(found[0]["x"], found[1]["x"])
 
 
 def columns(**names: str) -> list[str]:
@@ -110,37 +93,15 @@ def test_forces_contacts_and_gyrometer_are_columns_of_the_log(
     times, q, measured = walk(nao)
     path = log(tmp_path / "log.csv", nao)
     feet, gyro = measured[:, :2], measured[:, 2:]
-    out, err = with_notes(capsys, path, *columns(left="LFsr", right="RFsr"), "--ignore-other")
-    assert_is(out, nk.world.odometry(nao, q, times, forces=feet))
+    out, err = rows(capsys, path, *columns(left="LFsr", right="RFsr"), "--ignore-other")
+    assert_is(out, nk.world.state(nao, q, times, forces=feet))
     assert "columns of sensors, by their names: forces left, right\n" in err
     turning = columns(gx="GyroX", gy="GyroY", gz="GyroZ")
     for names, given in ((("left", "right"), feet), (("right", "left"), feet[:, ::-1])):
         soles = dict(zip(names, ("LLeg/Contact", "RLeg/Contact"), strict=True))
-        out, err = with_notes(capsys, path, *columns(**soles), *turning)
-        assert_is(out, nk.world.odometry(nao, q, times, contacts=given, gyro=gyro))
+        out, err = rows(capsys, path, *columns(**soles), *turning)
+        assert_is(out, nk.world.state(nao, q, times, contacts=given, gyro=gyro))
         assert f"contacts {', '.join(names)}" in err
-
-
-def test_the_trajectory_is_written_to_a_file(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
-    times, q, _ = walk(nao)
-    path, out = log(tmp_path / "log.csv", nao, more=False), tmp_path / "path.csv"
-    assert said(capsys, path, "-o", str(out)) == f"{out}\n"
-    assert_is(out.read_text(), nk.world.odometry(nao, q, times))
-    assert "exists" in refused(capsys, path, "-o", str(out))
-    says = "a trajectory is written as CSV; end the name in .csv"
-    assert says in refused(capsys, path, "-o", str(tmp_path / "path.npy"))
-    assert not (tmp_path / "path.npy").exists()
-    assert json.loads(said(capsys, path, "-o", str(out), "--force", "--json", "--deg"))["units"]["angle"] == "deg"
-    assert_is(out.read_text(), nk.world.odometry(nao, q, times), degrees=True)
-
-
-def test_wrong_words_are_refused_in_one_line(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
-    path = log(tmp_path / "log.csv", nao)
-    assert "LFot" in refused(capsys, path, "--sole", "LFot", "--ignore-other")
-    untimed = tmp_path / "untimed.csv"
-    untimed.write_text(",".join(nao.joint_names) + "\n" + ",".join(["0.0"] * 25) + "\n")
-    assert "no column of times" in refused(capsys, str(untimed))
-    assert "Example: nao-kin odometry" in said(capsys, "--help")
 
 
 # --- Logs of some joints, with sensors in other columns and in other units.
@@ -170,30 +131,27 @@ def test_a_log_of_the_legs_is_enough_and_of_the_head_needs_the_others(
     capsys: Capture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    wanted = nk.world.odometry(nao, given["q"], given["times"], forces=given["forces"], gyro=given["gyro"])
-    assert_is(with_notes(capsys, path)[0], wanted)
-    assert_is(with_notes(capsys, path, "--missing", "Stand")[0], wanted)
+    wanted = nk.world.state(nao, **given)
+    assert_is(rows(capsys, path)[0], wanted)
+    assert_is(rows(capsys, path, "--missing", "Stand")[0], wanted)
     head, given = sensor_log(tmp_path / "head.csv", nao, ["HeadYaw"])
     says = refused(capsys, head)
     assert "missing joints: HeadPitch, LHipYawPitch" in says
     assert "(--missing) gives their values" in says
     q = np.tile(nao.posture("StandInit"), (60, 1))
-    still = nk.world.odometry(nao, q, given["times"], forces=given["forces"], gyro=given["gyro"])
-    assert_is(with_notes(capsys, head, "--missing", "StandInit")[0], still)
+    still = nk.world.state(nao, **given | {"q": q})
+    assert_is(rows(capsys, head, "--missing", "StandInit")[0], still)
 
 
 def test_a_row_without_a_value_of_a_leg_has_no_pose(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao), empty=20)
     for missing in ((), ("--missing", "Crouch")):
-        lines = with_notes(capsys, path, *missing)[0].splitlines()
-        assert [k for k, line in enumerate(lines[1:]) if line.endswith(",,,,,,,")] == [20]
-        document = json.loads(with_notes(capsys, path, *missing, "--json")[0])
-        assert document["segments"] == 1
-        assert document["rows"][20]["x"] is None
-        assert document["rows"][20]["support"] is None
-    gaps = json.loads(with_notes(capsys, path, "--json", "--longest-gap", "0.03")[0])
+        table, _ = rows(capsys, path, *missing)
+        assert np.flatnonzero(np.isnan(table["x"])).tolist() == [20]
+        assert json.loads(said(capsys, path, *missing, "--json")[0])["segments"] == 1
+    gaps = json.loads(said(capsys, path, "--json", "--longest-gap", "0.03")[0])
     assert gaps["segments"] == 2
-    assert command_line.run(["odometry", path, "--longest-gap", "-1"]) == 2
+    assert run(["state", path, "--longest-gap", "-1"]) == 2
     assert "longest_gap must be a number" in capsys.readouterr().err
 
 
@@ -201,17 +159,17 @@ def test_the_state_is_summed_up_and_written_in_every_format(capsys: Capture, tmp
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao), empty=20)
     given["q"][20, nao.joint_names.index("LKneePitch")] = np.nan
     wanted = nk.world.state(nao, given.pop("q"), **given)
-    summary = json.loads(state_with_notes(capsys, path, "--json")[0])
+    summary = json.loads(said(capsys, path, "--json")[0])
     assert summary["seconds"] == pytest.approx(wanted.seconds)
     assert summary["steps"] == wanted.odometry.steps.sum() > 0
     assert summary["distance"] == pytest.approx(wanted.odometry.distance, abs=1e-12)
     assert (summary["segments"], summary["rows"], summary["valid_rows"]) == (1, 60, 59)
-    table, _ = state_with_notes(capsys, path)
+    table, _ = said(capsys, path)
     assert "standing" in table
     assert f"{wanted.odometry.distance:.3f} m" in table
     files = {ending: tmp_path / f"state{ending}" for ending in (".csv", ".npz", ".parquet", ".feather")}
     for out in files.values():
-        assert state_with_notes(capsys, path, "-o", str(out))[0].startswith(f"{out}\n")
+        assert said(capsys, path, "-o", str(out))[0].startswith(f"{out}\n")
     archive = np.load(files[".npz"])
     assert archive["doing"].tolist() == wanted.doing.tolist()
     assert archive["roll"] == pytest.approx(wanted.roll_pitch[:, 0], abs=1e-12)
@@ -234,29 +192,30 @@ def test_the_state_is_summed_up_and_written_in_every_format(capsys: Capture, tmp
         columns = read(files[ending])
         assert columns.column_names == archive.files
         assert columns.column("support").to_pylist() == wanted.support.tolist()
-    degrees = json.loads(state_with_notes(capsys, path, "--json", "-o", str(tmp_path / "more.npz"))[0])
+    degrees = json.loads(said(capsys, path, "--json", "-o", str(tmp_path / "more.npz"))[0])
     assert degrees["units"]["angle"] == "rad"
 
 
 def test_wrong_words_of_state_are_refused_in_one_line(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     path, _ = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    assert "the ending names the format" in state_refused(capsys, path, "-o", str(tmp_path / "state.txt"))
+    assert "LFot" in refused(capsys, path, "--sole", "LFot")
+    (tmp_path / "untimed.csv").write_text(",".join(nao.joint_names) + "\n" + ",".join(["0.0"] * 25) + "\n")
+    assert "no column of times" in refused(capsys, str(tmp_path / "untimed.csv"))
+    assert "the ending names the format" in refused(capsys, path, "-o", str(tmp_path / "state.txt"))
     assert not (tmp_path / "state.txt").exists()
     text = (tmp_path / "legs.csv").read_text().replace("GyroX [deg/s]", "GyroX [rpm]")
     (tmp_path / "rpm.csv").write_text(text)
-    says = state_refused(capsys, str(tmp_path / "rpm.csv"))
+    says = refused(capsys, str(tmp_path / "rpm.csv"))
     assert "unit 'rpm' of GyroX [rpm], expected one of rad/s, deg/s, °/s" in says
     assert "line 1" in says
-    assert "Example: nao-kin state" in said_of_state(capsys, "--help")
+    assert "Example: nao-kin state" in said(capsys, "--help")[0]
 
 
 def test_a_gyrometer_in_degrees_without_a_unit_is_noted(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
     text = (tmp_path / "legs.csv").read_text().replace(" [deg/s]", "")
     (tmp_path / "plain.csv").write_text(text)
-    assert (
-        "are these deg/s? A heading such as GyroX [deg/s] says so" in with_notes(capsys, str(tmp_path / "plain.csv"))[1]
-    )
+    assert "are these deg/s? A heading such as GyroX [deg/s] says so" in said(capsys, str(tmp_path / "plain.csv"))[1]
 
 
 # --- Sensors that the headings of a log name.
@@ -304,7 +263,7 @@ def test_the_keys_of_almemory_are_found_without_an_option(
     given = almemory_log(path, nao, short=short)
     accelerometer = given.pop("accelerometer")
     wanted = nk.world.state(nao, given.pop("q"), **given)
-    _, err = state_with_notes(capsys, str(path), "-o", str(out))
+    _, err = said(capsys, str(path), "-o", str(out))
     order = [err.index(name) for name in KEYS["forces"] + KEYS["gyro"] + KEYS["angles"] + KEYS["accelerometer"]]
     assert order == sorted(order)
     assert err.index("left out") < order[-3]
@@ -315,7 +274,7 @@ def test_the_keys_of_almemory_are_found_without_an_option(
     assert found["x"] == pytest.approx(wanted.T_world_base[:, 0, 3], abs=1e-12)
     # Without a column of the angles the accelerometer is used.
     key = "AngleX" if short else "Device/SubDeviceList/InertialSensor/AngleX/Sensor/Value"
-    _, err = state_with_notes(capsys, str(path), "-o", str(out), "--force", "--columns", f"{key}=")
+    _, err = said(capsys, str(path), "-o", str(out), "--force", "--columns", f"{key}=")
     assert err.index("accelerometer") < err.index("left out") < err.index("AngleY")
     del given["angles"]
     wanted = nk.world.state(nao, walk(nao)[1], accelerometer=accelerometer, **given)
@@ -326,20 +285,20 @@ def test_odometry_takes_the_sums_on_the_soles_and_says_what_is_left_out(
     capsys: Capture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     path, given = sensor_log(tmp_path / "legs.csv", nao, legs_of(nao))
-    wanted = nk.world.odometry(nao, given["q"], given["times"], forces=given["forces"], gyro=given["gyro"])
-    out, err = with_notes(capsys, path)
+    wanted = nk.world.state(nao, **given)
+    out, err = rows(capsys, path)
     assert_is(out, wanted)
     assert "forces LFsr, RFsr; gyro GyroX [deg/s], GyroY" in err
     # A sole that is named is not the one that was measured.
-    alone = nk.world.odometry(nao, given["q"], given["times"], soles=["RLeg"], gyro=given["gyro"])
-    out, err = with_notes(capsys, path, "--sole", "RLeg")
+    alone = nk.world.state(nao, soles=["RLeg"], **{name: given[name] for name in given if name != "forces"})
+    out, err = rows(capsys, path, "--sole", "RLeg")
     assert_is(out, alone)
     assert "forces of each sole are not used with --sole" in err
     text = (
         (tmp_path / "legs.csv").read_text().replace("RFsr", "GyroX", 1).replace("GyroX [deg/s]", "RFoot/FSR/FrontLeft")
     )
     (tmp_path / "part.csv").write_text(text)
-    _, err = with_notes(capsys, str(tmp_path / "part.csv"))
+    _, err = rows(capsys, str(tmp_path / "part.csv"))
     assert "by their names: gyro GyroX," in err
     assert "columns left out: LFsr, RFoot/FSR/FrontLeft" in err
 
@@ -350,24 +309,23 @@ def test_a_sensor_in_two_columns_is_not_chosen(capsys: Capture, tmp_path: Path, 
     head, *lines = path.read_text().splitlines()
     key = "Device/SubDeviceList/InertialSensor/AngleX/Sensor/Value"
     path.write_text("\n".join([f"{head},AngleX", *(f"{line},0.5" for line in lines)]) + "\n")
-    assert "angles" not in state_with_notes(capsys, str(path))[1].partition("left out")[0]
-    assert f"angles {key}," in state_with_notes(capsys, str(path), "--columns", "AngleX=")[1]
+    assert "angles" not in said(capsys, str(path))[1].partition("left out")[0]
+    assert f"angles {key}," in said(capsys, str(path), "--columns", "AngleX=")[1]
 
 
-@pytest.mark.parametrize("command", ["odometry", "state"])
 def test_a_log_of_whole_configurations_may_be_checked_against_the_limits(
-    capsys: Capture, tmp_path: Path, nao: nk.NaoModel, command: str
+    capsys: Capture, tmp_path: Path, nao: nk.NaoModel
 ) -> None:
     times, q, _ = walk(nao)
     q[5, nao.joint_names.index("LElbowRoll")] = 0.2
     path = tmp_path / "log.csv"
     rows = np.column_stack([times, q]).tolist()
     path.write_text("".join(",".join(map(str, row)) + "\n" for row in (("time", *nao.joint_names), *rows)))
-    plain = noted(command, capsys, str(path))
-    says = command_line.refused(command, capsys, str(path), "--limits", "enforce")
+    plain, _ = said(capsys, str(path))
+    says = refused(capsys, str(path), "--limits", "enforce")
     assert "line 7" in says
     assert "LElbowRoll = 0.2" in says
-    assert command_line.run([command, str(path), "--limits", "clamp"]) == 0
+    assert run(["state", str(path), "--limits", "clamp"]) == 0
     out, err = capsys.readouterr()
     assert (out, "1 of 60 rows" in err) == (plain, True)
 
@@ -378,16 +336,16 @@ def test_a_log_of_whole_configurations_may_be_checked_against_the_limits(
 def test_a_log_in_radians_is_the_same_walk_in_degrees(capsys: Capture, tmp_path: Path, nao: nk.NaoModel) -> None:
     path, out = log(tmp_path / "log.csv", nao, more=False), tmp_path / "state.npz"
     times, q, _ = walk(nao)
-    assert_is(said(capsys, path, "--deg"), nk.world.odometry(nao, q, times), degrees=True)
+    assert_is(rows(capsys, path, "--deg")[0], nk.world.state(nao, q, times), degrees=True)
     words = (path, "--json", "-o", str(out), "--force")
-    summary = [json.loads(said_of_state(capsys, *words, *more)) for more in ((), ("--deg",))]
+    summary = [json.loads(said(capsys, *words, *more)[0]) for more in ((), ("--deg",))]
     assert summary[0]["distance"] == summary[1]["distance"] > 0.0
     assert np.load(out)["yaw_deg"] == pytest.approx(np.degrees(nk.world.state(nao, q, times=times).odometry.pose[:, 2]))
     # A file in degrees, with a gyrometer in degrees: the one option reads both.
-    rows = np.column_stack([times, np.degrees(q), np.full((60, 3), np.degrees(0.1))]).tolist()
+    table = np.column_stack([times, np.degrees(q), np.full((60, 3), np.degrees(0.1))]).tolist()
     names = ("time", *nao.joint_names, "GyroX", "GyroY", "GyroZ")
-    (tmp_path / "deg.csv").write_text("".join(",".join(map(str, row)) + "\n" for row in (names, *rows)))
+    (tmp_path / "deg.csv").write_text("".join(",".join(map(str, row)) + "\n" for row in (names, *table)))
     assert_is(
-        with_notes(capsys, str(tmp_path / "deg.csv"), "--file-deg")[0],
-        nk.world.odometry(nao, q, times, gyro=np.full((60, 3), 0.1)),
+        rows(capsys, str(tmp_path / "deg.csv"), "--file-deg")[0],
+        nk.world.state(nao, q, times, gyro=np.full((60, 3), 0.1)),
     )
