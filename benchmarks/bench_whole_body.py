@@ -82,7 +82,7 @@ def robot_fixed() -> nk.NaoModel:
 
 def with_pink(robot: nk.RobotModel, poses: Standing) -> Solver:
     """Quadratic programs of pink; raises ImportError if pink is not installed."""
-    import daqp  # type: ignore[import-not-found]  # noqa: F401
+    import daqp  # noqa: F401
     import pink
     from pink.limits import ConfigurationLimit
     from pink.tasks import FrameTask
