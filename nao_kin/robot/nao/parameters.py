@@ -11,7 +11,6 @@ from typing import TypeVar
 
 from nao_kin._core.arrays import Vector, choice
 from nao_kin.errors import UnknownName
-from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.rows import (
     VERSIONS,
     ActuatorRow,
@@ -26,8 +25,17 @@ from nao_kin.robot.nao.rows import (
     VersionTables,
     VisualRow,
 )
-from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS, RESOLUTIONS
-from nao_kin.robot.nao.versions import TABLES
+from nao_kin.robot.nao.tables import (
+    CAMERAS,
+    COUPLED_LIMITS,
+    FINGER_RATIO,
+    FINGERS,
+    FITTED_SHAPES,
+    JOINTS,
+    NAOQI_SHAPES,
+    RESOLUTIONS,
+    TABLES,
+)
 from nao_kin.robot.semantics import CoupledLimit, Mimic
 
 _Row = TypeVar("_Row", bound=VersionedRow)
@@ -286,7 +294,7 @@ def _gathered(version: Version) -> NaoParameters:
         visuals=tuple(row for row in VISUALS if version in row.versions),
         colours=MappingProxyType(dict(tables.colours)),
         collision_shapes=FITTED_SHAPES,
-        naoqi_shapes=COLLISION_SHAPES,
+        naoqi_shapes=NAOQI_SHAPES,
     )
 
 
@@ -345,8 +353,13 @@ def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:
 
 
 def _resolved(xyz: tuple[Coordinate, Coordinate, Coordinate], offsets: Mapping[str, float]) -> Vector:
-    x, y, z = (at if isinstance(at, float) else at.sign * offsets[at.name] for at in xyz)
+    x, y, z = (at if isinstance(at, float) else _signed(at, offsets) for at in xyz)
     return x, y, z
+
+
+def _signed(name: str, offsets: Mapping[str, float]) -> float:
+    """Return the length of an offset, negative after a minus sign."""
+    return -offsets[name[1:]] if name.startswith("-") else offsets[name]
 
 
 def _unit(axis: Vector) -> Vector:
