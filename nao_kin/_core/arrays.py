@@ -42,6 +42,14 @@ def shaped(value: ArrayLike, shape: tuple[int, ...], what: str, *, gaps: bool = 
     return array
 
 
+def positive(value: ArrayLike, what: str, shape: tuple[int, ...] = ()) -> Floats:
+    """Return `value` as finite numbers above zero of exactly this shape."""
+    array = shaped(value, shape, what)
+    if not (array > 0.0).all():
+        raise BadArgument(f"{what} must be positive, got {quoted(value)}")
+    return array
+
+
 def all_finite(array: Floats) -> bool:
     """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:
