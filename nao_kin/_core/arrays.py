@@ -132,15 +132,19 @@ def eased(share: Floats) -> Floats:
     return share * share * (3.0 - 2.0 * share)
 
 
-def between_samples(values: Floats) -> Floats:
-    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed."""
-    filled = np.array(values)
-    places = np.arange(len(values))
-    for column in np.flatnonzero(np.isnan(values).any(axis=0)):
+def between_samples(values: Floats, times: Floats | None = None, at: Floats | None = None) -> Floats:
+    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed.
+
+    With `times` (n,) of the samples the lines are straight in time; with `at` (m,) the rows are at other times.
+    """
+    samples = np.arange(float(len(values))) if times is None else times
+    wanted = samples if at is None else at
+    found = np.full((len(wanted), values.shape[1]), np.nan)
+    for column in range(values.shape[1]):
         known = ~np.isnan(values[:, column])
         if known.any():
-            filled[:, column] = np.interp(places, places[known], values[known, column])
-    return filled
+            found[:, column] = np.interp(wanted, samples[known], values[known, column])
+    return found
 
 
 def cross(a: Floats, b: Floats) -> Floats:

@@ -26,6 +26,7 @@ from nao_kin.robot.nao.rows import (
     VisualRow,
 )
 from nao_kin.robot.nao.tables import (
+    BODY_ALIASES,
     CAMERAS,
     COUPLED_LIMITS,
     FINGER_RATIO,
@@ -34,6 +35,9 @@ from nao_kin.robot.nao.tables import (
     JOINTS,
     NAOQI_SHAPES,
     RESOLUTIONS,
+    ROS_HANDS,
+    ROS_JOINTS,
+    ROS_LINKS,
     TABLES,
 )
 from nao_kin.robot.semantics import CoupledLimit, Mimic
@@ -369,26 +373,6 @@ def _unit(axis: Vector) -> Vector:
 
 
 # --- The names of links and joints in ros-naoqi's `nao_description`, where they differ from those of this package.
-#
-# `nao_description` has no V6; the names of V6 follow the same rules.
-
-# NAOqi's names of the torso and of the feet as bodies: additional links in our URDFs, no separate links in
-# `nao_description`.
-BODY_ALIASES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
-_JOINTS = {
-    "torso_fixed": "base_link_fixedjoint",
-    "Gaze_fixed": "gaze_joint",
-    "LLeg_fixed": "LLeg_effector_fixedjoint",
-    "RLeg_fixed": "RLeg_effector_fixedjoint",
-    "MicroFrontCenter_fixed": "MicroFront_sensor_fixedjoint",
-    "MicroRearCenter_fixed": "MicroRear_sensor_fixedjoint",
-    "MicroSurroundLeft_fixed": "MicroLeft_sensor_fixedjoint",
-    "MicroSurroundRight_fixed": "MicroRight_sensor_fixedjoint",
-}
-# In `nao_description`, the gripper is the link that the hand joint turns; in our URDFs, it is NAOqi's effector, which
-# does not turn.
-_HANDS = {"LHand_link": "l_gripper", "l_gripper": "LArm", "RHand_link": "r_gripper", "r_gripper": "RArm"}
-_ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
 
 
 def ros_names(parameters: NaoParameters) -> dict[str, str]:
@@ -406,7 +390,7 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
     digits = f"{parameters.version.removeprefix('v').replace('.', '')}0"[:2]
-    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
+    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | ROS_LINKS
     for frame in parameters.frames:
         if frame.ros_name is not None:
             names |= {frame.name: frame.ros_name, f"{frame.name}_fixed": f"{frame.name}_sensor_fixedjoint"}
@@ -415,4 +399,4 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
     for finger in parameters.fingers:
         names[finger.name] = finger.name.replace("Hand", "", 1)
     del names["LArm"], names["RArm"], names["LArm_fixed"], names["RArm_fixed"]
-    return names | _HANDS | _JOINTS
+    return names | ROS_HANDS | ROS_JOINTS

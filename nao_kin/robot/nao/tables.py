@@ -101,6 +101,12 @@ POSTURES = _rows(PostureRow, _ALL["postures"])
 REST: dict[str, Vector] = {name: _value(up) for name, up in _ALL["rest"].items()}
 
 
+# Names in ros-naoqi's `nao_description`: NAOqi's names of bodies, other links, hands and joints.
+BODY_ALIASES, ROS_LINKS, ROS_HANDS, ROS_JOINTS = (
+    dict[str, str](_DOCUMENT["ros"][part]) for part in ("bodies", "links", "hands", "joints")
+)
+
+
 # --- The collision shapes of this library's meshes.
 
 
