@@ -147,6 +147,12 @@ def between_samples(values: Floats, times: Floats | None = None, at: Floats | No
     return found
 
 
+def drawn_ranges(lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+    """Return the ends of ranges from which joint values are drawn: a turn from one limit, [−π, π] without limits."""
+    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2 * np.pi, -np.pi))
+    return low, np.where(np.isfinite(upper), upper, low + 2 * np.pi)
+
+
 def cross(a: Floats, b: Floats) -> Floats:
     """Return the vector products a × b, shape (..., 3), for any batch shape; np.cross allows only 32 axes."""
     (a0, a1, a2), (b0, b1, b2) = ([v[..., i] for i in range(3)] for v in (a, b))
