@@ -248,10 +248,9 @@ def _with_ball(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> Urdf
     by_name = {joint.name: joint for joint in tree.joints}
     first, second, third = (by_name[name] for name in group.joints)
     # There may be links on fixed joints between the axes.
-    origin, link = third.origin, third.parent
-    above = {joint.child: joint for joint in tree.joints}
-    while link != first.parent:
-        origin, link = composed(above[link].origin, origin), above[link].parent
+    origin = third.origin
+    for joint in reversed(tree.joints_to(third.parent, first.parent)):
+        origin = composed(joint.origin, origin)
     ball = UrdfJoint(group.name, SPHERICAL, first.parent, third.child, origin)
     changes.append(
         f"{first.name}, {second.name}, {third.name} are one spherical joint, {ball.name}, without limits; "

@@ -62,20 +62,7 @@ CHAINS: dict[str, tuple[str, ...]] = {
 
 # Every phalanx turns about its z axis by FINGER_RATIO [rad] times the opening; at opening 1 the fingers are straight.
 FINGER_RATIO = 0.999899
-_FOLDED = (0.0, 0.0, -FINGER_RATIO)
-_PHALANX = (0.01436, 0.0, 0.0)
-
-# The same numbers on both hands: they are not mirrored.
-FINGERS: tuple[FingerRow, ...] = (
-    FingerRow("Finger11", "WristYaw", (0.06907, 0.01157, -0.00304), (1.8862, 0.976662, 0.264067), "U5"),
-    FingerRow("Finger12", "Finger11", _PHALANX, _FOLDED, "U5"),
-    FingerRow("Finger13", "Finger12", _PHALANX, _FOLDED, "U5"),
-    FingerRow("Finger21", "WristYaw", (0.06907, -0.01157, -0.00304), (1.25539, 0.976662, -0.264067), "U5"),
-    FingerRow("Finger22", "Finger21", _PHALANX, _FOLDED, "U5"),
-    FingerRow("Finger23", "Finger22", _PHALANX, _FOLDED, "U5"),
-    FingerRow("Thumb1", "WristYaw", (0.04895, 0.0, -0.02638), (-math.pi / 2, 0.0472984, 0.0), "U5"),
-    FingerRow("Thumb2", "Thumb1", _PHALANX, _FOLDED, "U5"),
-)
+FINGERS = _rows(FingerRow, _ALL["fingers"])
 
 # Torques of the joints while their motors are stalled [N m].
 STALL_TORQUES: dict[str, float] = {
