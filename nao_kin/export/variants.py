@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, Vector, choice, flag
-from nao_kin._core.text import with_underscores
+from nao_kin._core.text import listed, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import IDENTITY, body_of, composed, hosts, make_physical, moved, pseudo_inertia
 from nao_kin.joints import MultiDofJoint, group_joints
@@ -89,8 +89,6 @@ def _fixed(joint: UrdfJoint, value: float = 0.0) -> UrdfJoint:
 
 # --- Links on fixed joints: all, those that the robot's semantics name, or none.
 
-_MOST_NAMED = 6
-
 
 def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
     """Return the tree with fewer links on fixed joints; the others are merged, mass and shapes, into their carriers.
@@ -114,8 +112,9 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
         )
     gone = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.child not in named]
     if gone:
-        names = ", ".join(gone[:_MOST_NAMED]) + (", …" if len(gone) > _MOST_NAMED else "")
-        changes.append(f"{len(gone)} links on fixed joints are merged into the links that carry them: {names}")
+        changes.append(
+            f"{len(gone)} links on fixed joints are merged into the links that carry them: {listed(gone)}"
+        )
     return merged(tree, gone), tuple(changes)
 
 
