@@ -112,9 +112,7 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
         )
     gone = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.child not in named]
     if gone:
-        changes.append(
-            f"{len(gone)} links on fixed joints are merged into the links that carry them: {listed(gone)}"
-        )
+        changes.append(f"{len(gone)} links on fixed joints are merged into the links that carry them: {listed(gone)}")
     return merged(tree, gone), tuple(changes)
 
 
