@@ -7,25 +7,24 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from nao_kin.robot.nao import parameters, v6
-from nao_kin.robot.nao.rows import SOURCES
+from nao_kin.robot.nao import SOURCES, parameters, tables
 
 _TABLES = {
     "Offsets [mm]": parameters.OFFSETS,
-    "Joints": v6.JOINTS,
+    "Joints": tables.JOINTS,
     "Limits": parameters.LIMITS,
     "Speed and torque [rad/s, N m]": parameters.ACTUATORS,
-    "Coupled limits [°]": v6.COUPLED_LIMITS,
+    "Coupled limits [°]": tables.COUPLED_LIMITS,
     "Inertia [kg, m, kg m²]": parameters.INERTIALS,
     "Frames [m, rad]": parameters.FRAMES,
     "Cameras [°]": parameters.CAMERA_ROWS,
-    "Resolutions [pixel]": v6.RESOLUTIONS,
-    "Fingers [m, rad]": v6.FINGERS,
+    "Resolutions [pixel]": tables.RESOLUTIONS,
+    "Fingers [m, rad]": tables.FINGERS,
     "Placeholder of links without a mass of their own [kg, m, kg m²]": (parameters.PLACEHOLDER,),
-    "Collision shapes [m]": v6.COLLISION_SHAPES,
-    "Outlines of the soles [m]": v6.SOLE_OUTLINES,
+    "Collision shapes [m]": tables.NAOQI_SHAPES,
+    "Outlines of the soles [m]": tables.SOLE_OUTLINES,
     "Meshes": parameters.VISUALS,
-    "Postures, in Body order [rad; 0 to 1 for hands]": v6.POSTURES,
+    "Postures, in Body order [rad; 0 to 1 for hands]": tables.POSTURES,
 }
 
 

@@ -25,8 +25,9 @@ from nao_kin.export.meshes import MESH_FOLDER
 from nao_kin.export.urdf import urdf_document
 from nao_kin.robot.nao import CAMERAS, OPTICAL_RPY, VERSIONS, NaoParameters, nao_parameters
 from nao_kin.robot.nao.model import urdf_name
-from nao_kin.robot.nao.parameters import BODY_ALIASES, Finger, Joint
+from nao_kin.robot.nao.parameters import Finger, Joint
 from nao_kin.robot.nao.rows import ShapeRow
+from nao_kin.robot.nao.tables import BODY_ALIASES
 from nao_kin.robot.urdf import (
     Box,
     Collision,

@@ -42,6 +42,14 @@ def shaped(value: ArrayLike, shape: tuple[int, ...], what: str, *, gaps: bool = 
     return array
 
 
+def positive(value: ArrayLike, what: str, shape: tuple[int, ...] = ()) -> Floats:
+    """Return `value` as finite numbers above zero of exactly this shape."""
+    array = shaped(value, shape, what)
+    if not (array > 0.0).all():
+        raise BadArgument(f"{what} must be positive, got {quoted(value)}")
+    return array
+
+
 def all_finite(array: Floats) -> bool:
     """Return whether no entry is NaN or infinite; for large arrays at the cost of one sum."""
     if array.size > _SMALL:
@@ -124,15 +132,25 @@ def eased(share: Floats) -> Floats:
     return share * share * (3.0 - 2.0 * share)
 
 
-def between_samples(values: Floats) -> Floats:
-    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed."""
-    filled = np.array(values)
-    places = np.arange(len(values))
-    for column in np.flatnonzero(np.isnan(values).any(axis=0)):
+def between_samples(values: Floats, times: Floats | None = None, at: Floats | None = None) -> Floats:
+    """Return columns (n, c) with nan interpolated between neighbouring samples; a column of only nan is not changed.
+
+    With `times` (n,) of the samples the lines are straight in time; with `at` (m,) the rows are at other times.
+    """
+    samples = np.arange(float(len(values))) if times is None else times
+    wanted = samples if at is None else at
+    found = np.full((len(wanted), values.shape[1]), np.nan)
+    for column in range(values.shape[1]):
         known = ~np.isnan(values[:, column])
         if known.any():
-            filled[:, column] = np.interp(places, places[known], values[known, column])
-    return filled
+            found[:, column] = np.interp(wanted, samples[known], values[known, column])
+    return found
+
+
+def drawn_ranges(lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+    """Return the ends of ranges from which joint values are drawn: a turn from one limit, [−π, π] without limits."""
+    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2 * np.pi, -np.pi))
+    return low, np.where(np.isfinite(upper), upper, low + 2 * np.pi)
 
 
 def cross(a: Floats, b: Floats) -> Floats:

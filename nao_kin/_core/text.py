@@ -101,6 +101,16 @@ def one_line_repr(kind: _Class) -> _Class:
     return kind
 
 
+def listed(names: Sequence[str], most: int = 8) -> str:
+    """Return the first of some names, and how many follow.
+
+    Examples:
+        >>> listed(["HeadYaw", "HeadPitch", "LHand"], most=2)
+        'HeadYaw, HeadPitch and 1 more'
+    """
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def text_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table with columns aligned to their widest cell, two spaces between them, a rule under the head."""
     lines = [list(head), *(list(row) for row in rows)]

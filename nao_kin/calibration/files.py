@@ -13,14 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, choice, finite_decimal, shaped, whole_number
+from nao_kin._core.arrays import Floats, as_floats, choice, finite_decimal, positive, shaped, whole_number
 from nao_kin._core.csv_numbers import delimiter_of
 from nao_kin._core.files import MAX_NUMBERS, described, read_bytes, read_json, read_text
-from nao_kin._core.text import abbreviated, quoted
+from nao_kin._core.text import abbreviated, listed, quoted
 from nao_kin._core.warn import need_extra, warn_caller
 from nao_kin.calibration.observations import FIELDS, Contacts, Lines, Pixels, Poses, errors_of
-from nao_kin.calibration.problem import AnyObservation, listed
-from nao_kin.calibration.unknowns import positive
+from nao_kin.calibration.problem import AnyObservation
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinError, NaoKinWarning, UnknownName
 from nao_kin.robot import RobotModel
 from nao_kin.screws import pose_of, transform_point
@@ -295,7 +294,7 @@ def from_photos(
         raise BadArgument(f"board must be the columns and rows of inner corners, got {quoted(board)}")
     columns = whole_number(board[0], "columns of board", 3, _MOST_CORNERS)
     rows = whole_number(board[1], "rows of board", 3, _MOST_CORNERS)
-    size = float(positive(square, (), "square"))
+    size = float(positive(square, "square"))
     read = read_log(robot, log, limits="ignore", hips="average", missing=missing, degrees=degrees)
     for note in read.notes:
         warn_caller(f"{quoted(str(log))}: {note}", NaoKinWarning)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, rigid_inverse, shaped
+from nao_kin._core.arrays import Floats, as_floats, as_pixels, choice, cross_matrix, positive, rigid_inverse, shaped
 from nao_kin._core.text import one_line_repr, quoted
-from nao_kin.calibration.unknowns import Motion, Moving, State, positive
+from nao_kin.calibration.unknowns import Motion, Moving, State
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.rotations import log, right_jacobian_inverse
@@ -89,7 +89,7 @@ class Pixels(_Observed):
         if points.ndim != 2:
             raise WrongShape("points", "(k, 3)", points.shape)
         pixels = one_each(as_pixels(self.pixels), self.q, (len(points), 2), "pixels")
-        noise = positive(self.noise, (), "noise of pixels")
+        noise = positive(self.noise, "noise of pixels")
         own = motion(robot, q, self.camera, self.moving)
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -147,7 +147,7 @@ class Poses(_Observed):
         """Return the checked observation."""
         q = configurations(robot, self.q)
         poses = one_each(rigid_poses(self.poses, "poses"), self.q, (4, 4), "poses")
-        noise = np.repeat(positive(self.noise, (2,), "noise of poses"), 3)
+        noise = np.repeat(positive(self.noise, "noise of poses", (2,)), 3)
         robot.frame_ids([self.frame])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -190,7 +190,7 @@ class Contacts(_Observed):
         """Return the checked observation."""
         q = configurations(robot, self.q)
         height = shaped(self.height, (), "height")
-        noise = positive(self.noise, (2,), "noise of contacts")[[0, 1, 1]]
+        noise = positive(self.noise, "noise of contacts", (2,))[[0, 1, 1]]
         robot.frame_ids([self.frame, self.reference])
 
         def measure(state: State, q: Floats, trial: bool = False) -> Seen:
@@ -342,7 +342,7 @@ class Lines(_Observed):
         """Return the checked observation."""
         q, (C, L) = configurations(robot, self.q), self._curves()
         pixels = one_each(as_pixels(self.pixels), self.q, (len(C), 2), "pixels")
-        noise = positive(self.noise, (), "noise of lines")
+        noise = positive(self.noise, "noise of lines")
         if np.isnan(_rays(self.camera, pixels)[..., 1:][np.isfinite(pixels)]).any():
             raise BadArgument(f"the distortion of {self.camera.name} cannot be inverted at some pixels")
 

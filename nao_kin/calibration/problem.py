@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nao_kin._core.arrays import Floats, check_tolerance, choice, join_poses, rigid_inverse, shaped
-from nao_kin._core.text import quoted
+from nao_kin._core.text import listed, quoted
 from nao_kin.calibration.observations import PLACE, Checked, Contacts, Lines, Pixels, Poses, camera_at, errors_of
 from nao_kin.calibration.unknowns import COORDINATES, FIXED, PLANAR, State, Unknowns
 from nao_kin.errors import BadArgument, DegreesWarning
@@ -31,7 +31,6 @@ _DETERMINED = 0.8
 _UNLIKELY = 4.0
 # Unknowns with a smaller correlation to an undetermined offset are not named together with it.
 _CORRELATED = 0.3
-_MOST_NAMED = 8
 # Numbers without a prior have one that is wider than any in practice by this factor.
 _WIDER = 1e3
 # Pixels outside of their image by more than so many standard deviations are in another one.
@@ -377,12 +376,6 @@ def _correlated(covariance: Floats, place: int) -> NDArray[np.bool_]:
 def size_of(value: float, unit: str) -> str:
     """Return a number for a message, angles in degrees."""
     return f"{np.degrees(value):.2g}°" if unit == "rad" else f"{value:.2g}" + f" {unit}" * (unit != "1")
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return the first names of a list, and how many follow."""
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more
 
 
 def told(problem: Problem, held: int, members: Sequence[int]) -> str:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nao_kin._core.arrays import Floats, choice, whole_number
-from nao_kin._core.text import one_line_repr
+from nao_kin._core.text import listed, one_line_repr
 from nao_kin._core.warn import need_extra
 from nao_kin.calibration.observations import BEHIND, Pixels
-from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, listed, told
+from nao_kin.calibration.problem import AnyObservation, Outlier, Problem, told
 from nao_kin.calibration.unknowns import PRIORS, names_of
 from nao_kin.errors import BadArgument, DegreesWarning, NaoKinError
 from nao_kin.robot import RobotModel, write_offsets

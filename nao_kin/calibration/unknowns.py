@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, choice, cross_matrix, join_poses, rigid_inverse, shaped, texts
+from nao_kin._core.arrays import Floats, choice, cross_matrix, join_poses, positive, rigid_inverse, texts
 from nao_kin._core.text import quoted
 from nao_kin.errors import BadArgument
 from nao_kin.robot import RobotModel
@@ -351,13 +351,5 @@ def _own_priors(prior: object, joints: Iterable[str], frames: Iterable[str]) -> 
     found = dict[str, list[float]]()
     for name, values in prior.items():
         choice(name, [*joints, *frames], "calibrated joint or frame of prior:")
-        found[name] = positive(values, () if name in joints else (6,), f"prior of {name}").ravel().tolist()
+        found[name] = positive(values, f"prior of {name}", () if name in joints else (6,)).ravel().tolist()
     return found
-
-
-def positive(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """Return numbers, which are positive."""
-    array = shaped(values, shape, what)
-    if not (array > 0.0).all():
-        raise BadArgument(f"{what} must be positive, got {quoted(values)}")
-    return array

@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_kin import rotations
 from nao_kin._core.arrays import Floats, choice, finite_or_none
-from nao_kin._core.text import abbreviated, one_line_repr
+from nao_kin._core.text import abbreviated, one_line_repr, text_table
 from nao_kin.crosscheck.samples import Configurations, RotationSample
 from nao_kin.errors import NaoKinError, WrongShape
 from nao_kin.joints import JointAxes
@@ -211,11 +211,8 @@ class Report:
 
     def __str__(self) -> str:
         """Return the table as text."""
-        cells = [self.columns, *(row.cells for row in self.rows)]
-        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in cells]
         verdict = "all within tolerance" if self.ok else f"{len(self.failures)} rows exceed their tolerance"
-        return "\n".join([*map(str.rstrip, lines), f"{self.robot}: {verdict}"])
+        return f"{text_table(self.columns, [row.cells for row in self.rows])}\n{self.robot}: {verdict}"
 
 
 # --- The functions under test, the comparison of one row, and differences of two results.

@@ -17,7 +17,7 @@ from nao_kin.export.pipeline import UTF_8, Destination, Exported, xml_text
 from nao_kin.export.variants import Variant, joint_values, name_frames, new_names
 from nao_kin.robot import LinkShapes, RobotModel
 from nao_kin.robot.semantics import Posture, Semantics
-from nao_kin.robot.urdf import UrdfJoint, UrdfTree
+from nao_kin.robot.urdf import UrdfTree
 
 # --- Groups of joints and end effectors for MoveIt, from the chains and effectors of a robot's semantics.
 
@@ -76,16 +76,8 @@ class Planning:
         for link, path in self._ends.items():
             self._add_effector(link, path)
 
-    def _path(self, link: str) -> list[UrdfJoint]:
-        """Return the joints from the root to a link."""
-        path = []
-        while link in self._above:
-            path.append(self._above[link])
-            link = self._above[link].parent
-        return path[::-1]
-
     def _moving_above(self, link: str) -> tuple[str, ...]:
-        return tuple(joint.name for joint in self._path(link) if joint.kind != "fixed")
+        return tuple(joint.name for joint in self._tree.joints_to(link) if joint.kind != "fixed")
 
     def _own(self, joints: Iterable[str]) -> tuple[str, ...]:
         named = set(joints)
@@ -143,7 +135,7 @@ class Planning:
         beyond = tuple(
             joint.name
             for joint in self._tree.moving_joints
-            if any(step.parent in body and step.kind != "fixed" for step in self._path(joint.child))
+            if any(step.parent in body and step.kind != "fixed" for step in self._tree.joints_to(joint.child))
         )
         others = {joint for end, above in self._ends.items() if end != link for joint in above}
         if not path or not beyond or others & set(beyond):
@@ -152,7 +144,7 @@ class Planning:
 
     def _holds(self, chain: tuple[str, str], link: str) -> bool:
         """Return whether a chain moves a link, which is behind the base and not beyond the tip."""
-        base, tip = map(self._path, chain)
+        base, tip = map(self._tree.joints_to, chain)
         return link in {joint.child for joint in tip[len(base) :]}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nao_kin._core.arrays import Floats, Vector, choice, flag
-from nao_kin._core.text import with_underscores
+from nao_kin._core.text import listed, with_underscores
 from nao_kin.errors import BadArgument
 from nao_kin.export.inertia import IDENTITY, body_of, composed, hosts, make_physical, moved, pseudo_inertia
 from nao_kin.joints import MultiDofJoint, group_joints
@@ -89,8 +89,6 @@ def _fixed(joint: UrdfJoint, value: float = 0.0) -> UrdfJoint:
 
 # --- Links on fixed joints: all, those that the robot's semantics name, or none.
 
-_MOST_NAMED = 6
-
 
 def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
     """Return the tree with fewer links on fixed joints; the others are merged, mass and shapes, into their carriers.
@@ -114,8 +112,7 @@ def keep_frames(tree: UrdfTree, frames: str, semantics: Semantics) -> Changed:
         )
     gone = [joint.child for joint in tree.joints if joint.kind == "fixed" and joint.child not in named]
     if gone:
-        names = ", ".join(gone[:_MOST_NAMED]) + (", …" if len(gone) > _MOST_NAMED else "")
-        changes.append(f"{len(gone)} links on fixed joints are merged into the links that carry them: {names}")
+        changes.append(f"{len(gone)} links on fixed joints are merged into the links that carry them: {listed(gone)}")
     return merged(tree, gone), tuple(changes)
 
 
@@ -248,10 +245,9 @@ def _with_ball(tree: UrdfTree, group: MultiDofJoint, changes: list[str]) -> Urdf
     by_name = {joint.name: joint for joint in tree.joints}
     first, second, third = (by_name[name] for name in group.joints)
     # There may be links on fixed joints between the axes.
-    origin, link = third.origin, third.parent
-    above = {joint.child: joint for joint in tree.joints}
-    while link != first.parent:
-        origin, link = composed(above[link].origin, origin), above[link].parent
+    origin = third.origin
+    for joint in reversed(tree.joints_to(third.parent, first.parent)):
+        origin = composed(joint.origin, origin)
     ball = UrdfJoint(group.name, SPHERICAL, first.parent, third.child, origin)
     changes.append(
         f"{first.name}, {second.name}, {third.name} are one spherical joint, {ball.name}, without limits; "

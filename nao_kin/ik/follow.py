@@ -11,7 +11,7 @@ from typing import Any, SupportsIndex, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, SolverLimits, as_floats, between_samples, choice
+from nao_kin._core.arrays import Floats, SolverLimits, between_samples, choice, positive
 from nao_kin.errors import BadArgument
 from nao_kin.ik.closed_form import base_coordinates
 from nao_kin.ik.follow_branches import Choice, FollowedLimb, Jump, choose, jumps_of
@@ -181,7 +181,7 @@ class FollowedPath:
             >>> result.sampled(rate=100).shape[1]
             25
         """
-        rate = positive(rate, "rate")
+        rate = float(positive(rate, "rate"))
         q = between_samples(self.q)
         if np.isnan(q).any():
             empty = next(limb.name for limb in self.limbs if np.isnan(q[0, list(limb.columns)]).any())
@@ -203,14 +203,6 @@ class FollowedPath:
     def __repr__(self) -> str:
         limbs = ", ".join(limb.name for limb in self.limbs)
         return f"<FollowedPath of {limbs}: {self.message}>"
-
-
-def positive(value: float, what: str) -> float:
-    """Return the value as a float, if it is one number above zero."""
-    number = float(as_floats(value, (), what))
-    if not number > 0.0:
-        raise BadArgument(f"{what} must be a number above zero, got {number:g}")
-    return number
 
 
 # --- `follow`.
@@ -280,7 +272,7 @@ def follow(
         True
     """
     enforce, workers = is_enforced(limits), check_threads(threads)
-    share = positive(speed, "speed")
+    share = float(positive(speed, "speed"))
     choice(priority, get_args(Priority), "priority")
     given = checked_path(robot, path, directions, torso, times, near)
     references, notes = _references(robot, given, enforce)

@@ -17,10 +17,11 @@ from nao_kin._core.arrays import (
     check_tolerance,
     choice,
     common_batch,
+    positive,
 )
 from nao_kin._core.text import one_line_repr
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Floats3
-from nao_kin.errors import BadArgument, WrongShape
+from nao_kin.errors import WrongShape
 from nao_kin.ik.closed_form import cached_limb
 from nao_kin.ik.least_squares import FrameMotion
 from nao_kin.ik.limit_regions import Region, limit_rows, max_rows
@@ -245,10 +246,8 @@ def velocity(
     choice(limits, get_args(VelocityLimits), "limits")
     if damping is not None:
         check_tolerance(damping, "damping")
-    for value, name in ((dt, "dt"), (length, "length")):
-        check_tolerance(value, name)
-        if not 0.0 < value < np.inf:
-            raise BadArgument(f"{name} must be positive and finite, got {value:.3g}")
+    positive(dt, "dt")
+    positive(length, "length")
     motion = cached_limb(robot, FrameMotion, frame)
     start, twists = robot.checked(q), as_floats(twist, (), "twist")
     rows = twists.shape[-1] if twists.ndim else 0

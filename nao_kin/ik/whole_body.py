@@ -20,6 +20,7 @@ from nao_kin._core.arrays import (
     whole_number,
 )
 from nao_kin._core.process import usable_cores
+from nao_kin._core.text import listed
 from nao_kin._kernels.rows import run_rows
 from nao_kin.ik.body_errors import BOTH, DEFAULT_POSTURE, SIDES, Body, Plan
 from nao_kin.ik.body_search import (
@@ -155,9 +156,7 @@ class WholeBodyResult(Outcome):
         amount = " and ".join(text for text, size in errors if size > 1e-9) or length_in_words(distance)
         why = _WHY.get(reason, "no pose found that meets it")
         names = [joint for joint, is_at in zip(self.joints, self.at_limits[index], strict=True) if is_at]
-        limits = f"; at their limits: {', '.join(names[:_MAX_NAMES])}" if names else ""
-        if len(names) > _MAX_NAMES:
-            limits += f" and {len(names) - _MAX_NAMES} more"
+        limits = f"; at their limits: {listed(names, _MAX_NAMES)}" if names else ""
         hint = _METRES if distance > MILLIMETRES_FROM else ""
         return f"{name} gives way by {amount}: {why}{limits}{hint}"
 

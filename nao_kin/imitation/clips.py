@@ -27,7 +27,9 @@ def clip_of(
     T = T_world_base[before]
     T[:, :3, 3] += share[:, None] * (T_world_base[after, :3, 3] - T[:, :3, 3])
     T[:, :3, :3] = T[:, :3, :3] @ power(T[:, :3, :3].swapaxes(1, 2) @ T_world_base[after, :3, :3], share)
-    joints, bodies = _in_order(robot)
+    moving = robot.tree.moving_joints  # depth first, as in MuJoCo
+    joints = [joint.name for joint in moving]
+    bodies = [robot.semantics.root or robot.tree.root, *(joint.child for joint in moving)]
     values = dict(zip(robot.joint_names, q[:, robot.nq_base :].T, strict=True))
     values |= {name: mimic.value(values[mimic.joint]) for name, mimic in robot.mimics.items()}
     positions = np.stack([values[name] for name in joints], axis=1)
@@ -52,22 +54,6 @@ def clip_of(
         "body_names": np.array(bodies),
         "contacts": contacts[before] & contacts[after],
     }
-
-
-def _in_order(robot: RobotModel) -> tuple[list[str], list[str]]:
-    """Return joints that move, and the root and the links that they move, depth first as in MuJoCo."""
-    tree, joints, bodies = robot.tree, list[str](), [robot.semantics.root or robot.tree.root]
-
-    def visit(link: str) -> None:
-        for row in tree.joints:
-            if row.parent == link:
-                if row.kind != "fixed":
-                    joints.append(row.name)
-                    bodies.append(row.child)
-                visit(row.child)
-
-    visit(tree.root)
-    return joints, bodies
 
 
 def _rate(rows: Floats) -> Floats:

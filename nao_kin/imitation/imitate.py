@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, choice, flag, norm
+from nao_kin._core.arrays import Floats, as_floats, between_samples, check_tolerance, choice, flag, norm
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.arms import make_room, opened, places_of_hands
 from nao_kin.imitation.bones import CONFIDENCE
@@ -17,7 +17,7 @@ from nao_kin.imitation.clips import clip_of
 from nao_kin.imitation.directions import DIRECTIONS, Directions, mirrored
 from nao_kin.imitation.limbs import Clamp, LimbMap
 from nao_kin.imitation.skeleton import Skeleton, lacking_notes, left_and_trunk
-from nao_kin.imitation.smoothing import bridged, filtered
+from nao_kin.imitation.smoothing import filtered
 from nao_kin.imitation.stance import base_in, followed, in_place, stood
 from nao_kin.motion import Change, Motion, MotionReport, check, clamp, concatenate, slow_down
 from nao_kin.robot import CollisionRule, RobotModel
@@ -138,7 +138,7 @@ class Imitation:
         scale = _TRUNK / float(np.nanmedian(norm(trunk)))
         turned = bones @ rot_z(float(np.arctan2(*np.nanmedian(left[:, :2] * (-1.0, 1.0), axis=0))))
         columns = scale * turned.reshape(len(bones), -1)
-        figure = bridged(self.skeleton.times, columns, at).reshape(len(at), *bones.shape[1:])
+        figure = between_samples(columns, self.skeleton.times, at).reshape(len(at), *bones.shape[1:])
         low = np.nan_to_num(np.nanmin(figure[..., 2], axis=(1, 2)))
         figure[..., 2] -= low[:, None, None]
         figure[..., :2] -= np.nanmean(figure[:, :2, :, :2], axis=(1, 2))[:, None, None]

@@ -15,20 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, choice, cross, dot, norm, shaped, single_number, texts
-from nao_kin._core.text import abbreviated, one_line_repr
+from nao_kin._core.arrays import Floats, as_floats, choice, cross, dot, norm, positive, shaped, single_number, texts
+from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, DegeneratePoints, WrongShape
 from nao_kin.imitation.bones import misfit
-from nao_kin.imitation.layouts import (
-    LAYOUTS,
-    LIMBS,
-    POINTS,
-    SIDES,
-    Layout,
-    by_joint,
-    check_shoulders,
-    landmark_array,
-)
+from nao_kin.imitation.layouts import LAYOUTS, LIMBS, POINTS, SIDES, Layout, by_joint, check_shoulders, landmark_array
 
 PARTS = ("pelvis", "chest", "head", "left_hand", "right_hand")
 
@@ -280,9 +271,7 @@ def frame_times(times: ArrayLike | None, rate: float | None, count: int) -> Floa
         return shaped(times, (count,), "times")
     if rate is None and count > 1:
         raise BadArgument(f"{count} frames without times; state the frames per second with rate=, or times=")
-    if rate is not None and not 0.0 < as_numbers(rate, "rate") < np.inf:
-        raise BadArgument(f"rate must be above 0, got {abbreviated(rate)}")
-    return np.arange(count) / (rate or 1.0)
+    return np.arange(count) / (1.0 if rate is None else positive(rate, "rate"))
 
 
 def axis_matrix(axes: Sequence[str]) -> Floats:

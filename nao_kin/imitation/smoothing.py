@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, norm, runs
+from nao_kin._core.arrays import Floats, between_samples, norm, runs
 from nao_kin._core.text import MAX_SHOWN, abbreviated
 from nao_kin._core.warn import need_extra
 from nao_kin.imitation.bones import believed
@@ -59,16 +59,6 @@ def _outliers(times: Floats, places: Floats, size: float) -> NDArray[np.bool_]:
     return np.asarray(norm(places - medians) > size * np.maximum(_OUTSIDE, _FASTEST * steps))
 
 
-def bridged(times: Floats, columns: Floats, at: Floats) -> Floats:
-    """Return columns (n, k) at other times, with straight lines across gaps; NaN if a column is unknown."""
-    found = np.full((len(at), columns.shape[1]), np.nan)
-    for k, column in enumerate(columns.T):
-        known = np.isfinite(column)
-        if known.any():
-            found[:, k] = np.interp(at, times[known], column[known])
-    return found
-
-
 def filtered(skeleton: Skeleton, cutoff: float) -> tuple[Floats, dict[str, Floats], dict[str, Floats], tuple[str, ...]]:
     """Return evenly spaced times, points and orientations without gaps and without fast motion, and notes on them.
 
@@ -108,7 +98,7 @@ def filtered(skeleton: Skeleton, cutoff: float) -> tuple[Floats, dict[str, Float
                 away = np.flatnonzero(known)[_outliers(times[known], columns[known], size)]
                 known[away] = False
                 jumping[label] = len(away)
-            columns = bridged(times, np.where(known[:, None], columns, np.nan), even)
+            columns = between_samples(np.where(known[:, None], columns, np.nan), times, even)
             if known.any() and 0.0 < cutoff < 0.5 * rate:
                 columns = _low_pass(columns, cutoff / rate)
             values = columns.reshape(len(even), *array.shape[1:])

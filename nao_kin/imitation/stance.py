@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats, eased, join_poses, norm, rigid_inverse, runs
+from nao_kin._core.arrays import Floats, between_samples, eased, join_poses, norm, rigid_inverse, runs
 from nao_kin.errors import BadArgument
 from nao_kin.ik import limbs, whole_body
 from nao_kin.imitation.layouts import LIMBS, SIDES
 
 # mypy takes `nao_kin.ik.limbs` for the module of this name unless it has checked this file before.
 from nao_kin.imitation.limbs import LimbMap as LimbMap
-from nao_kin.imitation.smoothing import bridged
 from nao_kin.robot import Feet, RobotModel
 from nao_kin.rotations import nearest_rotation, power, rot_z
 
@@ -127,7 +126,7 @@ def stood(
         todo = np.flatnonzero(failed | (slower < share))
         share = slower
     if failed.any() and not failed.all():
-        made = bridged(times, np.where(failed[:, None], np.nan, made), times)
+        made = between_samples(np.where(failed[:, None], np.nan, made), times)
         made[:, fixed] = q[:, fixed]
     return made, share, np.flatnonzero(failed)
 

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 from nao_kin._core.arrays import Floats, finite_or_none, flag
+from nao_kin._core.files import read_toml
 from nao_kin._core.text import html_table, one_line_repr, text_table
 from nao_kin.joints.grouping import Rule, group_joints, unmerged_joints
 from nao_kin.joints.pairs import KINEMATIC_PAIRS, JointGroups, KinematicPair, MultiDofJoint
 from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import JOINTS
+
+_TABLES = read_toml(Path(__file__).with_name("anatomy.toml"))
+_Row = TypeVar("_Row")
+
+
+def _rows(kind: Callable[..., _Row], table: str) -> Iterator[_Row]:
+    """Yield the rows of a table, with tuples in place of lists."""
+    for row in _TABLES[table]:
+        yield kind(**{name: tuple(entry) if isinstance(entry, list) else entry for name, entry in row.items()})
+
 
 # --- The NAO's joints and the human joints in the same places.
 
@@ -40,36 +52,7 @@ class BodyPart:
     difference: str
 
 
-NAO_ANATOMY: tuple[BodyPart, ...] = (
-    BodyPart("neck", ("HeadYaw", "HeadPitch"), "saddle", ("pivot", "ellipsoid"), "does not tilt the head sideways"),
-    BodyPart(
-        "shoulder",
-        ("ShoulderPitch", "ShoulderRoll"),
-        "saddle",
-        ("ball and socket",),
-        "the rotation about the upper arm is in the elbow",
-    ),
-    BodyPart(
-        "elbow",
-        ("ElbowYaw", "ElbowRoll"),
-        "saddle",
-        ("hinge", "pivot"),
-        "has the shoulder's rotation about the upper arm; the forearm's rotation is in the wrist",
-    ),
-    BodyPart("wrist", ("WristYaw",), "pivot", ("ellipsoid",), "rotates like the human forearm; does not bend"),
-    BodyPart("hand", ("Hand",), "hinge", ("hinge", "saddle"), "one motor opens all fingers"),
-    BodyPart(
-        "hip",
-        ("HipYawPitch", "HipRoll", "HipPitch"),
-        "ball and socket",
-        ("ball and socket",),
-        "the first axis is inclined by 45°, and one motor turns it for both hips",
-    ),
-    BodyPart("knee", ("KneePitch",), "hinge", ("hinge",), "none"),
-    BodyPart(
-        "ankle", ("AnklePitch", "AnkleRoll"), "saddle", ("hinge", "plane"), "rolls about an axis through the hinge"
-    ),
-)
+NAO_ANATOMY: tuple[BodyPart, ...] = tuple(_rows(BodyPart, "nao"))
 """The NAO's joints mapped to anatomy, for the versions V3.2 to V6."""
 
 
@@ -126,58 +109,7 @@ class AnatomyTable(tuple[AnatomicalJoint, ...]):
 
 _HEAD = ("joint", "moves like", "freedoms", "example")
 
-ANATOMY = AnatomyTable(
-    (
-        AnatomicalJoint(
-            "hinge",
-            ("revolute",),
-            "rotation about one axis, across the bone",
-            "rotation about any other axis; all translation",
-            "elbow, knee, fingers",
-            "I",
-        ),
-        AnatomicalJoint(
-            "pivot",
-            ("revolute", "cylindrical"),
-            "rotation about one axis, along the bone; where it slides, translation along that axis too",
-            "rotation about any other axis; translation across the axis",
-            "atlas on the axis of the neck, radius on the ulna",
-            "I",
-        ),
-        AnatomicalJoint(
-            "ball and socket",
-            ("spherical",),
-            "rotation about every axis through one point",
-            "all translation",
-            "shoulder, hip",
-            "I",
-        ),
-        AnatomicalJoint(
-            "ellipsoid",
-            ("condyloid",),
-            "rotation about two axes: flexion and extension, abduction and adduction",
-            "rotation about the bone's own axis; all translation",
-            "wrist, skull on the atlas",
-            "I",
-        ),
-        AnatomicalJoint(
-            "saddle",
-            ("universal",),
-            "rotation about two crossing axes",
-            "rotation about the bone's own axis; all translation",
-            "base of the thumb",
-            "I",
-        ),
-        AnatomicalJoint(
-            "plane",
-            ("planar", "prismatic"),
-            "gliding in a plane and rotation about its normal; where it is guided, translation along one line only",
-            "leaving the plane; rotation about directions in it",
-            "between the bones of the carpus and of the tarsus, between vertebrae",
-            "II",
-        ),
-    )
-)
+ANATOMY = AnatomyTable(_rows(AnatomicalJoint, "anatomy"))
 """Tables I and II of the source paper: six anatomical joints, their mechanical equivalents and degrees of freedom."""
 
 

@@ -20,13 +20,14 @@ from nao_kin._core.arrays import (
     choice,
     finite_or_none,
     flag,
+    positive,
     runs,
 )
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import UnknownName
 from nao_kin.motion.curves import Excess, JointCurves, Quantity, combination, excesses, pieces_of
 from nao_kin.motion.interpolation import Segments
-from nao_kin.motion.motion import HOLD, REST, Motion, check_joints, checked_names, checked_rate
+from nao_kin.motion.motion import HOLD, REST, Motion, check_joints, checked_names
 from nao_kin.robot import CollisionRule, RobotModel
 from nao_kin.robot.semantics import CoupledLimit
 from nao_kin.world import EDGES, DynamicBalance
@@ -331,7 +332,7 @@ def check(
     """
     check_joints(robot, motion)
     choice(limits, ("enforce", "measured"), "limits")
-    rate = checked_rate(rate)
+    rate = float(positive(rate, "rate"))
     curves, rule = JointCurves(motion, missing, robot, rate), CollisionRule.of(collisions)
     motors = robot.joints_by_motor(motion.joint_names).values()
     intervals, falls = _balance(motion.balance(robot, missing=missing)) if balance else ([], [])

@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, as_floats, eased, shaped, whole_number
-from nao_kin._core.text import quoted
+from nao_kin._core.arrays import LIMIT_TOLERANCE, Floats, check_tolerance, eased, positive, shaped, whole_number
 from nao_kin.errors import BadArgument
 from nao_kin.motion.curves import slowest
 from nao_kin.motion.interpolation import Segments
@@ -69,7 +68,8 @@ def resample(
         raise BadArgument("resample needs a rate or times")
     at = sampling_times(motion, rate, times)
     full = Motion(at, motion.joint_names, motion.sample(at))
-    if not _number(tolerance, "tolerance"):
+    check_tolerance(tolerance)
+    if not tolerance:
         return full
     kept = [_bends(at, keys, float(tolerance)) for keys in full.keys]
     while True:
@@ -131,9 +131,7 @@ def time_warp(motion: Motion, warp: float | Callable[[Floats], ArrayLike]) -> Mo
         >>> nk.motion.time_warp(nod, 2.0).end
         2.0
     """
-    factor = 1.0 if callable(warp) else _number(warp, "warp")
-    if factor == 0.0:
-        raise BadArgument("warp must be above zero, got 0")
+    factor = 1.0 if callable(warp) else float(positive(warp, "warp"))
 
     def moved(times: Floats) -> Floats:
         scaled = motion.start + (times - motion.start) * factor
@@ -176,12 +174,13 @@ def concatenate(motions: Sequence[Motion], *, gap: float = 0.0, blend: float = 0
     """
     if not motions:
         raise BadArgument("concatenate needs at least one motion")
-    pause, overlap = _number(gap, "gap"), _number(blend, "blend")
-    if pause and overlap:
+    check_tolerance(gap, "gap")
+    check_tolerance(blend, "blend")
+    if gap and blend:
         raise BadArgument("gap and blend are two ways from one motion to the next; give one")
     result = motions[0]
     for motion in motions[1:]:
-        result = _blended(result, motion, overlap) if overlap else _joined(result, motion, pause)
+        result = _blended(result, motion, blend) if blend else _joined(result, motion, gap)
     return result
 
 
@@ -314,13 +313,6 @@ def _blended(one: Motion, two: Motion, blend: float) -> Motion:
         else:
             columns.append(before[name] if name in before else after[name])
     return Motion(grid, names, np.stack(columns, axis=-1))
-
-
-def _number(value: object, what: str) -> float:
-    array = as_floats(value, (), what)  # type: ignore[arg-type]
-    if array.shape != () or not array >= 0.0:
-        raise BadArgument(f"{what} must be a number ≥ 0, got {quoted(value)}")
-    return float(array)
 
 
 # --- More keys on the same curves.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, is_several, shaped
+from nao_kin._core.arrays import Floats, all_finite, as_floats, as_numbers, choice, is_several, positive, shaped
 from nao_kin._core.guesses import Guessing
 from nao_kin._core.sides import Hips, check_hips
 from nao_kin._core.text import quoted
@@ -205,7 +205,7 @@ def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) 
         return at
     if rate is None:
         return motion.key_times
-    number = checked_rate(rate)
+    number = float(positive(rate, "rate"))
     steps = motion.duration * number
     if not steps < MAX_SAMPLES:
         raise BadArgument(
@@ -218,14 +218,6 @@ def sampling_times(motion: Motion, rate: float | None, times: ArrayLike | None) 
         return np.append(at, motion.end)
     at[-1] = motion.end
     return at
-
-
-def checked_rate(rate: float) -> float:
-    """Return a rate, which must be a number above zero."""
-    number = as_floats(rate, (), "rate")
-    if number.shape != () or not number > 0.0:
-        raise BadArgument(f"rate must be a number above zero, got {quoted(rate)}")
-    return float(number)
 
 
 def filled(robot: RobotModel, missing: str | ArrayLike) -> Floats:

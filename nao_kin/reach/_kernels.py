@@ -16,7 +16,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import Floats
+from nao_kin._core.arrays import Floats, drawn_ranges
 from nao_kin._kernels.cache import CachedKernel, Floats1, Floats2, Ints2, both_ways
 from nao_kin._kernels.chains import Chain, FramePose, chain_of, to_frame
 from nao_kin.errors import BadArgument, UnknownName
@@ -145,9 +145,7 @@ def _ranges(robot: RobotModel, joints: list[str]) -> tuple[Floats, Floats]:
         bounded = math.isfinite(robot.lower[column]) and math.isfinite(robot.upper[column])
         if not bounded and robot.joint_units[column] != "rad":
             raise BadArgument(f"{joint} slides without limits: the positions of the frame are not bounded")
-    low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - np.pi, -np.pi))
-    high = np.where(np.isfinite(upper), upper, low + 2 * np.pi)
-    return low, high
+    return drawn_ranges(lower, upper)
 
 
 # --- The sphere of directions in 48 cells of equal area: HEALPix of resolution 2, in the ring scheme.

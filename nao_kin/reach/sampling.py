@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 
-from nao_kin._core.arrays import MAX_THREADS, Floats, as_floats, whole_number
+from nao_kin._core.arrays import MAX_THREADS, Floats, positive, whole_number
 from nao_kin._core.process import usable_cores
 from nao_kin._kernels.cache import first_rows
 from nao_kin.errors import BadArgument
@@ -84,9 +84,7 @@ def workspace(
     """
     requested = _requested_range(samples, shard)
     workers = usable_cores() if threads is None else whole_number(threads, "threads", 1, MAX_THREADS)
-    edge, number = float(as_floats(voxel, (), "voxel")), whole_number(seed, "seed", 0, 2**64 - 1)
-    if not edge > 0.0:
-        raise BadArgument(f"voxel must be positive, got {edge:g}")
+    edge, number = float(positive(voxel, "voxel")), whole_number(seed, "seed", 0, 2**64 - 1)
     chain = moved_chain(robot, frame, reference)
     if edge > 2.0 * chain.radius:
         raise BadArgument(f"voxel = {edge:g} m is wider than the whole reach of {frame}, {2.0 * chain.radius:.3g} m")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, check_tolerance, finite_or_none, flag, join_poses, shaped
+from nao_kin._core.arrays import Floats, as_floats, check_tolerance, finite_or_none, flag, join_poses, positive
 from nao_kin._core.text import one_line_repr, quoted
 from nao_kin.errors import BadArgument, BadInputFile, WrongShape
 from nao_kin.robot.collision_pairs import LinkPair
@@ -65,13 +65,13 @@ class Obstacle:
     @staticmethod
     def box(name: str, size: ArrayLike, at: ArrayLike) -> Obstacle:
         """Return a box with edges along x, y, z of these lengths, shape (3,) [m], about its origin."""
-        x, y, z = _lengths(size, (3,), f"size of {quoted(name)}").tolist()
+        x, y, z = positive(size, f"size of {quoted(name)}", (3,)).tolist()
         return Obstacle(name, Box((x, y, z)), _pose(at))
 
     @staticmethod
     def ball(name: str, radius: float, at: ArrayLike) -> Obstacle:
         """Return a ball about its origin, of a radius [m]."""
-        return Obstacle(name, Sphere(float(_lengths(radius, (), f"radius of {quoted(name)}"))), _pose(at))
+        return Obstacle(name, Sphere(float(positive(radius, f"radius of {quoted(name)}"))), _pose(at))
 
     @staticmethod
     def mesh(name: str, path: str | Path, at: ArrayLike, *, scale: float = 1.0) -> Obstacle:
@@ -82,15 +82,8 @@ class Obstacle:
         Raises:
             BadInputFile: the file is missing, or holds no mesh.
         """
-        factor = float(_lengths(scale, (), f"scale of {quoted(name)}"))
+        factor = float(positive(scale, f"scale of {quoted(name)}"))
         return Obstacle(name, MeshFile(str(Path(path).resolve()), (factor, factor, factor)), _pose(at))
-
-
-def _lengths(value: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    lengths = shaped(value, shape, what)
-    if (lengths <= 0.0).any():
-        raise BadArgument(f"{what} must be > 0, got {quoted(value)}")
-    return lengths
 
 
 def _pose(at: ArrayLike) -> Floats:

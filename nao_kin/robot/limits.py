@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_kin._core.arrays import LIMIT_TOLERANCE, MEASURED_TOLERANCES, Floats, LimitPolicy as LimitPolicy
+from nao_kin._core.arrays import LIMIT_TOLERANCE, MEASURED_TOLERANCES, Floats, LimitPolicy as LimitPolicy, drawn_ranges
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import MeasuredLimitsWarning
 from nao_kin.robot.semantics import CoupledLimit
@@ -234,10 +234,7 @@ class JointLimits:
 
         Joints with one limit are uniform within a turn of it.
         """
-        low = np.where(
-            np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper - 2 * np.pi, -np.pi)
-        )
-        high = np.where(np.isfinite(self.upper), self.upper, low + 2 * np.pi)
+        low, high = drawn_ranges(self.lower, self.upper)
         values = low + (high - low) * rng.random((*shape, len(self.names)))
         for table, column, of in self._tables:
             lower, upper = self._narrowed(table, column, values[..., of])

@@ -64,7 +64,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers, check_kind, is_several, shaped
+from nao_kin._core.arrays import Floats, Vector, as_floats, as_numbers, check_kind, is_several, positive, shaped
 from nao_kin._core.files import read_toml
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin._core.text import nearest_names, one_line_repr, quoted
@@ -309,7 +309,7 @@ class Semantics:
         object.__setattr__(self, "disabled_collisions", rows)
         made: dict[str, Callable[[object, str], Any]] = {"chains": _chain, "fields_of_view": _view_angles}
         made |= {"resolutions": _size, "lenses": _lens, "sensors": _sensor, "outlines": _corners}
-        made["stall_torques"] = _positive
+        made["stall_torques"] = _torque
         for name, make in made.items():
             values = _mapping(getattr(self, name), name)
             object.__setattr__(self, name, MappingProxyType({key: make(each, key) for key, each in values.items()}))
@@ -394,11 +394,8 @@ def _view_angles(values: object, camera: str) -> tuple[float, ...]:
     return pair
 
 
-def _positive(value: object, joint: str) -> float:
-    number = float(shaped(value, (), f"stall torque of {joint}"))  # type: ignore[arg-type]
-    if number <= 0.0:
-        raise BadArgument(f"stall torque of {joint} must be positive, got {number:g}")
-    return number
+def _torque(value: object, joint: str) -> float:
+    return float(positive(value, f"stall torque of {joint}"))  # type: ignore[arg-type]
 
 
 def _size(values: object, resolution: str) -> tuple[int, int]:

@@ -208,6 +208,7 @@ class _Groups:
         }
         self._joints = {joint.name: joint for joint in tree.joints}
         self._above = {joint.child: joint for joint in tree.joints}
+        self._tree = tree
         self._links = set(tree.links)
         self._renamed = tree.shared_names
         self._order = {joint.name: index for index, joint in enumerate(tree.joints)}
@@ -218,7 +219,7 @@ class _Groups:
         for name, element in self._elements.items():
             members = {joint.name for joint in self._members(element, (name,)) if joint.kind != "fixed"}
             ordered = sorted(members, key=self._order.__getitem__)
-            if ordered and members <= {joint.name for joint in self._path(self._joints[ordered[-1]].child, "")}:
+            if ordered and members <= {joint.name for joint in self._tree.joints_to(self._joints[ordered[-1]].child)}:
                 found[name] = tuple(ordered)
         return found
 
@@ -248,13 +249,9 @@ class _Groups:
         return []
 
     def _path(self, tip: str, base: str) -> list[UrdfJoint]:
-        """Return the joints from the tip back to the base link, or to the root if the base does not carry the tip."""
+        """Return the joints from the base link to the tip, or from the root if the base does not carry the tip."""
         self.missing += [name for name in (tip, base) if name and name not in self._links]
-        path = []
-        while tip in self._above and tip != base:
-            path.append(self._above[tip])
-            tip = self._above[tip].parent
-        return path
+        return self._tree.joints_to(tip, base)
 
 
 def _disabled(document: ET.Element, reader: _Groups, links: Collection[str]) -> Iterator[tuple[str, str, str]]:

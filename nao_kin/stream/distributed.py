@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
-import hashlib
 import inspect
-import io
 import math
 import pickle
 import threading
@@ -26,6 +24,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import need_extra
 from nao_kin.errors import BadArgument, NaoKinError, WrongShape
 from nao_kin.robot import RobotModel
+from nao_kin.stream.parts import digest_of
 
 if TYPE_CHECKING:
     from dask.array import Array
@@ -102,7 +101,7 @@ class PickledRobot:
     @classmethod
     def of(cls, robot: RobotModel) -> PickledRobot:
         """Pickle a robot."""
-        return cls(_token(robot), pickle.dumps(robot, pickle.HIGHEST_PROTOCOL))
+        return cls(digest_of(robot), pickle.dumps(robot, pickle.HIGHEST_PROTOCOL))
 
     def load(self) -> RobotModel:
         """Return the robot, which all threads of a process may use at the same time."""
@@ -117,18 +116,6 @@ class PickledRobot:
 def _loaded(pickled: PickledRobot) -> RobotModel:
     robot: RobotModel = pickle.loads(pickled.data)
     return robot
-
-
-def _token(robot: RobotModel) -> str:
-    """Return a digest of the pickled values of a robot, independent of objects shared in memory.
-
-    dask's `tokenize` is ten times slower here, and before 2025 it orders dictionaries by hashes with a random seed.
-    """
-    written = io.BytesIO()
-    pickler = pickle.Pickler(written, protocol=4)
-    pickler.fast = True  # every value in full, not as a reference to an earlier equal value
-    pickler.dump((type(robot).__module__, type(robot).__qualname__, robot.__getstate__()))
-    return hashlib.sha256(written.getvalue()).hexdigest()[:32]
 
 
 # --- The robot's methods as lazy functions of dask arrays, chunk by chunk.

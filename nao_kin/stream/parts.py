@@ -13,8 +13,11 @@ that of the inputs, the part and its record together, so that a part of another 
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import os
+import pickle
 import tempfile
 import threading
 import zlib
@@ -28,7 +31,7 @@ from nao_kin._core.files import sync
 from nao_kin._core.process import before_ending
 from nao_kin._core.text import abbreviated, one_line_repr
 from nao_kin.errors import BadArgument
-from nao_kin.robot import OutsideRows
+from nao_kin.robot import OutsideRows, RobotModel
 from nao_kin.stream.sources import Position
 
 # Bad rows that are listed; the others are only counted.
@@ -251,3 +254,15 @@ def _read_json(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError):
         return None
     return content if isinstance(content, dict) else None
+
+
+def digest_of(robot: RobotModel) -> str:
+    """Return a digest of the pickled values of a robot, independent of objects shared in memory.
+
+    dask's `tokenize` is ten times slower here, and before 2025 it orders dictionaries by hashes with a random seed.
+    """
+    written = io.BytesIO()
+    pickler = pickle.Pickler(written, protocol=4)
+    pickler.fast = True  # every value in full, not as a reference to an earlier equal value
+    pickler.dump((type(robot).__module__, type(robot).__qualname__, robot.__getstate__()))
+    return hashlib.sha256(written.getvalue()).hexdigest()[:32]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import stat
 import sys
@@ -28,7 +27,7 @@ from nao_kin._core.text import abbreviated, quoted
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, BadInputFile, DegreesWarning, StartedOverWarning
 from nao_kin.robot import PoseForm, RobotModel
-from nao_kin.stream.parts import MAX_LISTED, BadRow, PartFolder, Progress, StreamResult
+from nao_kin.stream.parts import MAX_LISTED, BadRow, PartFolder, Progress, StreamResult, digest_of
 from nao_kin.stream.sinks import PoseColumns, Sink, sink_class
 from nao_kin.stream.sources import Block, Configurations, TableSource, found_files, open_source
 from nao_kin.stream.tables import JointColumns, TableOptions
@@ -202,7 +201,9 @@ def fk(
             "format": type(writer).__name__,
         }
         identity = _identity(files)
-        run = None if identity is None else {**_provenance(robot), "source": identity, **arguments}
+        run = None
+        if identity is not None:
+            run = {"version of nao_kin": __version__, "robot": digest_of(robot), "source": identity, **arguments}
         result = _to_sink(job, files, sink, run, progress)
     if limits == "measured":
         result.clamped.warn(robot.unit)
@@ -422,17 +423,6 @@ def _identity(source: Sequence[str] | Configurations) -> list[dict[str, Any]] | 
             return None
         found.append({"path": os.path.realpath(path), "size": state.st_size, "modified": state.st_mtime_ns})
     return found
-
-
-def _provenance(robot: RobotModel) -> dict[str, Any]:
-    """Return the other inputs of the poses: the version, and the robot by its joints, limits and some poses."""
-    digest = hashlib.sha256()
-    sample = np.stack([robot.neutral(), *robot.random(0, 2)])
-    for array in (robot.lower, robot.upper, robot.fk(sample)):
-        digest.update(array.tobytes())
-    digest.update(repr((robot.base, robot.joint_names, robot.joint_units, sorted(robot.mimics.items()))).encode())
-    digest.update(repr(robot.coupled_limits).encode())
-    return {"version of nao_kin": __version__, "robot": digest.hexdigest()}
 
 
 def _check_apart(sources: Sequence[str], sink: str) -> None:

@@ -42,7 +42,7 @@ from nao_kin._core.headings import (
     sensor_name,
 )
 from nao_kin._core.sides import Hips, check_hips
-from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, listed, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, CouplingViolated, OutsideLimits, UnknownName
 from nao_kin.robot import OutsideRows, RobotModel
 from nao_kin.robot.nao import BODY_ORDER
@@ -253,8 +253,7 @@ class TableOptions:
             found = "; ".join(f"{one.kind} {', '.join(given[place] for place in one.places)}" for one in sensors)
             notes.append(f"columns of sensors, by their names: {found}")
         if unused and not self.ignore_other:
-            more = f" and {len(unused) - _MAX_NAMED} more" if len(unused) > _MAX_NAMED else ""
-            notes.append(f"columns left out: {', '.join(given[place] for place in unused[:_MAX_NAMED])}{more}")
+            notes.append(f"columns left out: {listed([given[place] for place in unused], _MAX_NAMED)}")
         like_times = [quoted(other, MAX_SHOWN) for other in others if not times and resembles_time(other)]
         if like_times:
             advice = "columns= (--columns) reads a column of times, as in {'clock': 'time [s]'} (clock='time [s]')"
@@ -266,9 +265,8 @@ class TableOptions:
         determined = {robot.mimics[joint].joint if joint in robot.mimics else joint for joint in named}
         missing = [joint for joint in robot.joint_names if joint not in determined]
         if missing and (self.missing is None or not table.names):
-            shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
             advice = "" if self.missing is not None else "; missing= (--missing) gives their values"
-            raise BadInputFile(name, f"{where}missing joints: {shown}{advice}", line)
+            raise BadInputFile(name, f"{where}missing joints: {listed(missing, 5)}{advice}", line)
         return table if self.missing is None else replace(table, gaps=True)
 
     def _sensors(

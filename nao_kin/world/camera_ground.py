@@ -20,6 +20,7 @@ from nao_kin._core.arrays import (
     check_tolerance,
     common_batch,
     first_index,
+    positive,
     rigid_inverse,
 )
 from nao_kin._core.text import one_line_repr
@@ -27,7 +28,7 @@ from nao_kin.errors import BadArgument, WrongShape, at_index
 from nao_kin.robot import RobotModel, SetDown
 from nao_kin.rotations import slerp
 from nao_kin.screws import rigid_poses
-from nao_kin.world.cameras import Camera, outside_image, pixel_name, positive
+from nao_kin.world.cameras import Camera, outside_image, pixel_name
 from nao_kin.world.sensors import Rows
 
 # Steps of the search for the row in which a point is exposed, and the change of the row that ends it [pixel].
@@ -314,7 +315,7 @@ def upright_position(
         >>> nk.world.upright_position(nao, q, pixels, top, height=SPL.post_height).points[:2].round(6).tolist()
         [2.5, 0.3]
     """
-    size, uv = positive(height, "height"), as_pixels(pixels)
+    size, uv = float(positive(height, "height")), as_pixels(pixels)
     if uv.shape[-2:] != (2, 2):
         raise WrongShape("pixels of uprights", "(..., 2, 2)", uv.shape)
     T, _ = placed(robot, q, camera, T_world_base)

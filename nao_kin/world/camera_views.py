@@ -18,6 +18,7 @@ from nao_kin._core.arrays import (
     as_pixels,
     choice,
     common_batch,
+    positive,
     rigid_inverse,
     shaped,
     texts,
@@ -27,7 +28,7 @@ from nao_kin._core.text import one_line_repr
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel, SupportPolygon
 from nao_kin.world.camera_ground import ImagePoints, placed
-from nao_kin.world.cameras import Camera, pixel_name, positive, tangent_circle
+from nao_kin.world.cameras import Camera, pixel_name, tangent_circle
 
 # Pixels along each side of the image of a camera with distortion, whose edge is curved; straight ones need no more.
 _CURVED = 16
@@ -133,7 +134,7 @@ def visible_ground(
         >>> nk.world.visible_ground(nao, nao.posture("StandInit"), bottom).round(2)[:, :2].tolist()
         [[1.12, 0.57], [1.12, -0.57], [0.26, -0.25], [0.26, 0.25]]
     """
-    plane, farthest = shaped(height, (), "height"), positive(max_distance, "max_distance")
+    plane, farthest = shaped(height, (), "height"), float(positive(max_distance, "max_distance"))
     T, _ = placed(robot, q, camera, T_world_base)
     d = np.einsum("...ij,mj->...mi", T[..., :3, :3], _border_rays(camera))
     eye = T[..., None, :3, 3]

@@ -14,8 +14,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nao_kin._core.arrays import Floats, as_floats, as_numbers, as_pixels, choice, first_index, shaped, whole_number
-from nao_kin._core.text import one_line_repr, quoted, two_numbers
+from nao_kin._core.arrays import (
+    Floats,
+    as_floats,
+    as_numbers,
+    as_pixels,
+    choice,
+    first_index,
+    positive,
+    shaped,
+    whole_number,
+)
+from nao_kin._core.text import one_line_repr, two_numbers
 from nao_kin.errors import BadArgument, WrongShape
 from nao_kin.robot import RobotModel
 from nao_kin.robot.nao import RESOLUTIONS
@@ -85,10 +95,9 @@ class Camera:
         for name in ("width", "height"):
             object.__setattr__(self, name, whole_number(getattr(self, name), f"{name} of {self.name}", 1))
         for name in ("fx", "fy", "cx", "cy"):
-            value = float(shaped(getattr(self, name), (), f"{name} of {self.name}"))
-            if name in ("fx", "fy") and value <= 0.0:
-                raise BadArgument(f"{name} of {self.name} must be positive, got {value}")
-            object.__setattr__(self, name, value)
+            value, what = getattr(self, name), f"{name} of {self.name}"
+            number = positive(value, what) if name in ("fx", "fy") else shaped(value, (), what)
+            object.__setattr__(self, name, float(number))
         coefficients = as_floats(self.distortion, (), f"distortion of {self.name}").ravel()
         count = len(coefficients)
         if count in (12, 14) and not coefficients[8:].any():  # OpenCV's thin prism and tilted sensor
@@ -350,7 +359,7 @@ class Camera:
             >>> np.ptp(camera.ball_outline([2.0, 0.0, 0.0], 0.05), axis=0).round(2).tolist()  # width and height
             [25.01, 25.01]
         """
-        centre, size = as_floats(centres, (3,), "centres"), positive(radius, "radius")
+        centre, size = as_floats(centres, (3,), "centres"), float(positive(radius, "radius"))
         count = whole_number(n, "n", 3)
         near = np.asarray(np.linalg.norm(centre, axis=-1) <= size)
         if near.any():
@@ -380,7 +389,7 @@ class Camera:
             >>> camera.ball_centre(edge, 0.05).round(9).tolist()
             [2.0, 0.4, -0.3]
         """
-        uv, size = as_pixels(pixels), positive(radius, "radius")
+        uv, size = as_pixels(pixels), float(positive(radius, "radius"))
         if uv.ndim < 2 or uv.shape[-2] < 3:
             raise WrongShape("pixels on the edge of a ball", "(..., n, 2) with n ≥ 3", uv.shape)
         rays = self.ray(uv)
@@ -542,14 +551,6 @@ def tangent_circle(centres: Floats, radius: float, n: int) -> Floats:
     angles = 2.0 * np.pi / n * np.arange(n)[:, None]
     across = np.cos(angles) * one[..., None, :] + np.sin(angles) * other[..., None, :]
     return np.asarray((1.0 - squares) * centres[..., None, :] + radius * np.sqrt(1.0 - squares) * across)
-
-
-def positive(value: float, what: str) -> float:
-    """Return a number above zero."""
-    number = float(shaped(value, (), what))
-    if number <= 0.0:
-        raise BadArgument(f"{what} must be positive, got {quoted(value)}")
-    return number
 
 
 def _size(size: tuple[int, int]) -> tuple[int, int]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from manifold3d import Manifold
 
 from nao_kin.robot.nao import Version, nao_parameters
-from nao_kin.robot.nao.v6 import CAMERAS
+from nao_kin.robot.nao.tables import CAMERAS
 from nao_shapes.arm import elbow, forearm, hinge, shoulder, shoulder_pad, upper_arm
 from nao_shapes.foot import foot
 from nao_shapes.hand import fingertip, palm, phalanx

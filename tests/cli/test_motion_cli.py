@@ -351,7 +351,7 @@ def test_fk_says_when_a_motion_leaves_its_limits(capsys: Capture, wild: str, nao
         (("{nod}", "--joint", "HeadYaw=1"), "gives whole configurations; leave out --posture"),
         (("{plain}", "--rate", "10"), "gives whole configurations"),
         (("--hips", "left"), "--hips needs FILE"),
-        (("{nod}", "--rate", "-1"), "rate must be a number above zero"),
+        (("{nod}", "--rate", "-1"), "rate must be positive"),
         (("{nod}", "--hips", "both"), "expected one of average, left, right"),
     ],
 )

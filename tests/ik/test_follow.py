@@ -630,7 +630,7 @@ def test_wrong_times_and_options_are_refused(nao: nk.NaoModel) -> None:
     with pytest.raises(NotFinite, match="times"):
         nk.ik.follow(nao, {"LLeg": T}, times=[0.0, 0.2, math.nan, 0.3])
     for speed in (0.0, -1.0):
-        with pytest.raises(BadArgument, match="speed must be a number above zero"):
+        with pytest.raises(BadArgument, match="speed must be positive"):
             nk.ik.follow(nao, {"LLeg": T}, speed=speed)
     with pytest.raises(BadArgument, match="free requires torso"):
         nk.ik.follow(nao, {"LLeg": T}, free="lean")

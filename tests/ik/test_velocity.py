@@ -260,7 +260,7 @@ def test_configurations_and_twists_broadcast(nao: nk.NaoModel) -> None:
         ({"expressed_in": "world"}, UnknownName, "mixed"),
         ({"damping": -1.0}, BadArgument, "damping"),
         ({"dt": 0.0}, BadArgument, "dt"),
-        ({"length": np.inf}, BadArgument, "length"),
+        ({"length": np.inf}, NotFinite, "length"),
         ({"twist": [np.nan] * 6}, NotFinite, "twist"),
         ({"twist": [0.0] * 5}, WrongShape, r"\(\.\.\., 6\), or \(\.\.\., 3\) for a linear velocity, got \(5,\)"),
         ({"twist": [0.1, np.inf, 0.0]}, NotFinite, r"twist.*\[1\]"),

@@ -396,7 +396,7 @@ BAD_ARRAYS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "trans too short": ({"poses": np.zeros((3, 66)), "trans": np.zeros((2, 3))}, "trans must be finite numbers (3, 3)"),
     "no rate": ({"poses": np.zeros((3, 66)), "trans": np.zeros((3, 3))}, "3 frames without times; state the frames"),
-    "rate 0": ({"poses": np.zeros((3, 66)), "mocap_framerate": 0.0}, "rate must be above 0, got 0"),
+    "rate 0": ({"poses": np.zeros((3, 66)), "mocap_framerate": 0.0}, "rate must be positive, got 0"),
     "no frames": ({"poses": np.zeros((0, 66)), "mocap_framerate": 30.0}, "poses has no frames"),
     "two rates": ({"poses": np.zeros((3, 66)), "mocap_framerate": [30.0, 60.0]}, "mocap_framerate must be one number"),
     "two arrays": ({"a": np.zeros((3, 17, 3)), "b": np.zeros((3, 17, 3))}, "expected one array of points"),

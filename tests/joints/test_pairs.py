@@ -9,7 +9,7 @@ from loops import for_all
 from nao_kin.errors import BadArgument, UnknownName, WrongShape
 from nao_kin.joints import ANATOMY, KINEMATIC_PAIRS, NAO_ANATOMY, kinematic_pair, mobility
 from nao_kin.joints.tables import anatomical_kind, body_part
-from nao_kin.robot.nao.v6 import JOINTS
+from nao_kin.robot.nao.tables import JOINTS
 
 FREEDOMS = {
     "revolute": 1,

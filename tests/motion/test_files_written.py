@@ -137,6 +137,7 @@ def test_json_and_npz_lose_nothing(tmp_path_factory: pytest.TempPathFactory, mot
         assert read_motion(folder / "a") == motion
 
 
+@pytest.mark.filterwarnings("ignore:NAOqi refuses keys at 0 s")
 @pytest.mark.filterwarnings("ignore::nao_kin.errors.DegreesWarning")
 @settings(max_examples=20, deadline=None)
 @given(_motions())

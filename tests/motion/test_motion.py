@@ -366,7 +366,7 @@ def test_the_last_configuration_is_at_the_last_key(nao: nk.NaoModel) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"rate": 0.0}, "rate must be a number above zero"),
+        ({"rate": 0.0}, "rate must be positive"),
         ({"rate": 1e9}, "more than 4000000"),
         ({"rate": 1.0, "times": [0.0]}, "give one"),
         ({"times": [[0.0]]}, "times must have shape (n,)"),

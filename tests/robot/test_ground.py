@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.errors import BadArgument, UnknownName, WrongShape, ZeroNorm
-from nao_kin.robot.nao.v6 import SOLE_OUTLINES
+from nao_kin.robot.nao.tables import SOLE_OUTLINES
 from nao_kin.robot.semantics import Semantics
 
 

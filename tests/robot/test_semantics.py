@@ -14,7 +14,7 @@ from made_up_robots import J, made_up
 
 import nao_kin as nk
 from nao_kin.errors import BadInputFile, BadModel, NaoKinError, NotFinite, OutsideLimits, UnknownName
-from nao_kin.robot.nao.v6 import REST
+from nao_kin.robot.nao.tables import REST
 from nao_kin.robot.semantics import CoupledLimit, Mimic, Posture, Semantics, View, read_semantics
 
 TOML = """

@@ -83,3 +83,13 @@ def test_the_structure_needs_no_file_any_more(tmp_path) -> None:
     robot.urdf_path.unlink()
     assert topology(robot).closed_loops == 0
     assert JointAxes(robot).names == ("a",)
+
+
+def test_joints_between_two_links_begin_at_the_root_if_the_first_does_not_carry_the_second(tmp_path: Path) -> None:
+    tree = robot_from(tmp_path, joint("j", "a", "b"), joint("k", "b", "c"), joint("l", "b", "d"), links="a b c d").tree
+    assert [[row.name for row in tree.joints_to("c", base=base)] for base in "abcd"] == [
+        ["j", "k"],
+        ["k"],
+        [],
+        ["j", "k"],
+    ]

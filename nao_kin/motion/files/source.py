@@ -16,7 +16,7 @@ import numpy as np
 from nao_kin._core.arrays import Floats, finite_decimal
 from nao_kin._core.files import described, is_finite_number, read_json
 from nao_kin._core.headings import is_joint_state
-from nao_kin._core.text import MAX_SHOWN, abbreviated, nearest_names, quoted
+from nao_kin._core.text import MAX_SHOWN, abbreviated, listed, nearest_names, quoted
 from nao_kin.errors import BadArgument, BadInputFile, NaoKinWarning
 from nao_kin.motion.motion import Motion
 
@@ -244,16 +244,11 @@ def chosen(source: MotionSource, names: Sequence[str], what: str) -> int:
     if len(fitting) == 1:
         return fitting[0]
     shown = fitting or range(len(names))
-    listed = ", ".join(f"{index + 1}: {abbreviated(names[index], 60)}" for index in shown[:_MAX_LISTED])
-    more = f" and {len(shown) - _MAX_LISTED} more" if len(shown) > _MAX_LISTED else ""
+    known = listed([f"{index + 1}: {abbreviated(names[index], 60)}" for index in shown], _MAX_LISTED)
     if wanted is None:
-        raise source.error(
-            f"{len(names)} {what}; choose one with timeline= or --timeline, by name or number: {listed}{more}"
-        )
+        raise source.error(f"{len(names)} {what}; choose one with timeline= or --timeline, by name or number: {known}")
     if fitting:
-        raise source.error(
-            f"timeline {quoted(wanted)} fits {len(fitting)} of the {what}; choose by number: {listed}{more}"
-        )
+        raise source.error(f"timeline {quoted(wanted)} fits {len(fitting)} of the {what}; choose by number: {known}")
     near = ", ".join(nearest_names(wanted, names))
-    listed = f"nearest: {near}" if near else listed + more
-    raise source.error(f"no timeline {quoted(wanted)} among {len(names)} {what} ({listed})")
+    known = f"nearest: {near}" if near else known
+    raise source.error(f"no timeline {quoted(wanted)} among {len(names)} {what} ({known})")

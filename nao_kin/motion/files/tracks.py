@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_kin._core.arrays import Floats
 from nao_kin._core.headings import COLUMN_ADVICE, TIME_UNITS, guessed_time_unit, refuse_long
-from nao_kin._core.text import MAX_SHOWN, abbreviated
+from nao_kin._core.text import MAX_SHOWN, abbreviated, listed
 from nao_kin._core.warn import warn_caller
 from nao_kin.errors import BadArgument, NaoKinError
 from nao_kin.motion.files.source import NOWHERE, FilePosition, FilePositionOf, MotionFileWarning, MotionSource
@@ -59,9 +59,8 @@ def motion_of(
     other = [abbreviated(track.joint, MAX_SHOWN) for track in tracks if track.joint not in source.joints]
     if other and source.ignore_other:
         tracks = [track for track in tracks if track.joint in source.joints]
-        more = f" and {len(other) - _MAX_LISTED} more" if len(other) > _MAX_LISTED else ""
         warn_caller(
-            f"{abbreviated(source.name)}: left out names that are not joints: {', '.join(other[:_MAX_LISTED])}{more}",
+            f"{abbreviated(source.name)}: left out names that are not joints: {listed(other, _MAX_LISTED)}",
             MotionFileWarning,
         )
     if not tracks:
@@ -204,9 +203,8 @@ def nao_rows(motion: Motion, wanted: Sequence[str], what: str, *, one_hip: bool 
         raise BadArgument(f"{what} files have no place for {', '.join(unknown[:3])}; they hold the NAO's joints only")
     missing = [joint for joint in wanted if joint not in given]
     if missing:
-        shown = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise BadArgument(
-            f"{what} files hold all {len(wanted)} joints, the motion lacks {shown}; "
+            f"{what} files hold all {len(wanted)} joints, the motion lacks {listed(missing, _MAX_LISTED)}; "
             "nao_kin.motion.complete or --posture fills them in"
         )
     return times, np.stack([given[joint] for joint in wanted], axis=-1)

@@ -6,8 +6,8 @@ with its versions.
 
 from nao_kin._core.guesses import public_attributes as _public_attributes
 from nao_kin.robot.nao.parameters import INERTIALS, LIMITS, OFFSETS, NaoParameters, nao_parameters, ros_names
-from nao_kin.robot.nao.rows import SOURCES, VERSIONS, Version as Version
-from nao_kin.robot.nao.v6 import (
+from nao_kin.robot.nao.rows import VERSIONS, Version as Version
+from nao_kin.robot.nao.tables import (
     BODY_ORDER as BODY_ORDER,
     CAMERAS as CAMERAS,
     CHAINS as CHAINS,
@@ -15,6 +15,7 @@ from nao_kin.robot.nao.v6 import (
     JOINTS as JOINTS,
     OPTICAL_RPY as OPTICAL_RPY,
     RESOLUTIONS as RESOLUTIONS,
+    SOURCES,
 )
 
 __all__ = [

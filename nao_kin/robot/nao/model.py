@@ -18,8 +18,7 @@ from nao_kin.errors import BadModel
 from nao_kin.robot.build import Base
 from nao_kin.robot.geometry import Shape, hulls_in
 from nao_kin.robot.model import RobotModel
-from nao_kin.robot.nao import v6
-from nao_kin.robot.nao.collision_rows import DISABLED_COLLISIONS
+from nao_kin.robot.nao import tables
 from nao_kin.robot.nao.parameters import NaoParameters, nao_parameters, ros_names, version_named
 from nao_kin.robot.nao.rows import VERSIONS, Version
 from nao_kin.robot.offsets import read_offsets
@@ -45,7 +44,7 @@ class NaoModel(RobotModel):
         ('v5', 25, 'RHand')
     """
 
-    body_order: tuple[str, ...] = v6.BODY_ORDER
+    body_order: tuple[str, ...] = tables.BODY_ORDER
 
     def __init__(self, version: str = "v6", *, base: Base = "fixed") -> None:
         self.version: Version = version_named(version)
@@ -79,7 +78,7 @@ class NaoModel(RobotModel):
             >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
             ((26,), -0.17)
         """
-        return self.joints.values(self.checked(q))[..., [self.joints.row(name) for name in v6.BODY_ORDER]]
+        return self.joints.values(self.checked(q))[..., [self.joints.row(name) for name in tables.BODY_ORDER]]
 
     def from_body(
         self,
@@ -111,8 +110,8 @@ class NaoModel(RobotModel):
             >>> np.array_equal(nao.from_body(nao.to_body(q)), q)
             True
         """
-        values = as_floats(body, (len(v6.BODY_ORDER),), "Body values", gaps=True)
-        by_name = dict(zip(v6.BODY_ORDER, np.moveaxis(values, -1, 0), strict=True))
+        values = as_floats(body, (len(tables.BODY_ORDER),), "Body values", gaps=True)
+        by_name = dict(zip(tables.BODY_ORDER, np.moveaxis(values, -1, 0), strict=True))
         return self.configuration(by_name, limits=limits, hips=hips, missing=missing)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -173,23 +172,23 @@ def _semantics(version: Version) -> Semantics:
     """Return the semantics of a version."""
     parameters = nao_parameters(version)
     return Semantics(
-        chains=v6.CHAINS,
+        chains=tables.CHAINS,
         end_effectors=("Head", "LArm", "RArm", "LLeg", "RLeg"),
         soles=("LLeg", "RLeg"),
-        cameras=v6.CAMERAS,
+        cameras=tables.CAMERAS,
         fields_of_view={
             row.camera: (math.radians(row.field_of_view_deg[0]), math.radians(row.field_of_view_deg[1]))
             for row in parameters.cameras
         },
         resolutions=parameters.resolutions,
         postures={
-            row.name: Posture(dict(zip(v6.BODY_ORDER, row.body, strict=True)), v6.REST.get(row.name))
-            for row in v6.POSTURES
+            row.name: Posture(dict(zip(tables.BODY_ORDER, row.body, strict=True)), tables.REST.get(row.name))
+            for row in tables.POSTURES
         },
         start="StandInit",
         coupled_limits=parameters.coupled_limits,
         units={joint.name: joint.unit for joint in parameters.joints if joint.unit == "1"},
-        stall_torques=v6.STALL_TORQUES,
+        stall_torques=tables.STALL_TORQUES,
         views={
             "hands": View((1.0, 0.25, 0.55), ("LWristYaw", "RWristYaw")),
             "feet": View((1.0, 0.45, 0.42), ("LAnklePitch", "RAnklePitch")),
@@ -200,6 +199,6 @@ def _semantics(version: Version) -> Semantics:
         gyrometers=("Gyrometer",),
         force_sensors=tuple(frame.name for frame in parameters.frames if "/FSR/" in frame.name),
         ros_names=ros_names(parameters),
-        outlines={row.sole: row.corners_m for row in v6.SOLE_OUTLINES},
-        disabled_collisions=DISABLED_COLLISIONS,
+        outlines={row.sole: row.corners_m for row in tables.SOLE_OUTLINES},
+        disabled_collisions=tables.DISABLED_COLLISIONS,
     )

@@ -11,7 +11,6 @@ from typing import TypeVar
 
 from nao_kin._core.arrays import Vector, choice
 from nao_kin.errors import UnknownName
-from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.rows import (
     VERSIONS,
     ActuatorRow,
@@ -26,8 +25,21 @@ from nao_kin.robot.nao.rows import (
     VersionTables,
     VisualRow,
 )
-from nao_kin.robot.nao.v6 import CAMERAS, COLLISION_SHAPES, COUPLED_LIMITS, FINGER_RATIO, FINGERS, JOINTS, RESOLUTIONS
-from nao_kin.robot.nao.versions import TABLES
+from nao_kin.robot.nao.tables import (
+    BODY_ALIASES,
+    CAMERAS,
+    COUPLED_LIMITS,
+    FINGER_RATIO,
+    FINGERS,
+    FITTED_SHAPES,
+    JOINTS,
+    NAOQI_SHAPES,
+    RESOLUTIONS,
+    ROS_HANDS,
+    ROS_JOINTS,
+    ROS_LINKS,
+    TABLES,
+)
 from nao_kin.robot.semantics import CoupledLimit, Mimic
 
 _Row = TypeVar("_Row", bound=VersionedRow)
@@ -286,7 +298,7 @@ def _gathered(version: Version) -> NaoParameters:
         visuals=tuple(row for row in VISUALS if version in row.versions),
         colours=MappingProxyType(dict(tables.colours)),
         collision_shapes=FITTED_SHAPES,
-        naoqi_shapes=COLLISION_SHAPES,
+        naoqi_shapes=NAOQI_SHAPES,
     )
 
 
@@ -345,8 +357,13 @@ def _fingers(hand: Joint, joints: Iterable[Joint]) -> Iterator[Finger]:
 
 
 def _resolved(xyz: tuple[Coordinate, Coordinate, Coordinate], offsets: Mapping[str, float]) -> Vector:
-    x, y, z = (at if isinstance(at, float) else at.sign * offsets[at.name] for at in xyz)
+    x, y, z = (at if isinstance(at, float) else _signed(at, offsets) for at in xyz)
     return x, y, z
+
+
+def _signed(name: str, offsets: Mapping[str, float]) -> float:
+    """Return the length of an offset, negative after a minus sign."""
+    return -offsets[name[1:]] if name.startswith("-") else offsets[name]
 
 
 def _unit(axis: Vector) -> Vector:
@@ -356,26 +373,6 @@ def _unit(axis: Vector) -> Vector:
 
 
 # --- The names of links and joints in ros-naoqi's `nao_description`, where they differ from those of this package.
-#
-# `nao_description` has no V6; the names of V6 follow the same rules.
-
-# NAOqi's names of the torso and of the feet as bodies: additional links in our URDFs, no separate links in
-# `nao_description`.
-BODY_ALIASES = {"Torso": "torso", "LFoot": "l_ankle", "RFoot": "r_ankle"}
-_JOINTS = {
-    "torso_fixed": "base_link_fixedjoint",
-    "Gaze_fixed": "gaze_joint",
-    "LLeg_fixed": "LLeg_effector_fixedjoint",
-    "RLeg_fixed": "RLeg_effector_fixedjoint",
-    "MicroFrontCenter_fixed": "MicroFront_sensor_fixedjoint",
-    "MicroRearCenter_fixed": "MicroRear_sensor_fixedjoint",
-    "MicroSurroundLeft_fixed": "MicroLeft_sensor_fixedjoint",
-    "MicroSurroundRight_fixed": "MicroRight_sensor_fixedjoint",
-}
-# In `nao_description`, the gripper is the link that the hand joint turns; in our URDFs, it is NAOqi's effector, which
-# does not turn.
-_HANDS = {"LHand_link": "l_gripper", "l_gripper": "LArm", "RHand_link": "r_gripper", "r_gripper": "RArm"}
-_ANKLES = {"LAnklePitch_link": "LAnklePitch", "RAnklePitch_link": "RAnklePitch"}
 
 
 def ros_names(parameters: NaoParameters) -> dict[str, str]:
@@ -393,7 +390,7 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
         ('CameraTop_frame', 'CameraTop_sensor_fixedjoint', 'LThumb1')
     """
     digits = f"{parameters.version.removeprefix('v').replace('.', '')}0"[:2]
-    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | _ANKLES
+    names = {f"nao_{parameters.version}": f"NaoH25V{digits}"} | BODY_ALIASES | ROS_LINKS
     for frame in parameters.frames:
         if frame.ros_name is not None:
             names |= {frame.name: frame.ros_name, f"{frame.name}_fixed": f"{frame.name}_sensor_fixedjoint"}
@@ -402,4 +399,4 @@ def ros_names(parameters: NaoParameters) -> dict[str, str]:
     for finger in parameters.fingers:
         names[finger.name] = finger.name.replace("Hand", "", 1)
     del names["LArm"], names["RArm"], names["LArm_fixed"], names["RArm_fixed"]
-    return names | _HANDS | _JOINTS
+    return names | ROS_HANDS | ROS_JOINTS

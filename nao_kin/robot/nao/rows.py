@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar, get_args
 
 from nao_kin._core.arrays import Vector
@@ -16,27 +16,8 @@ Colour = tuple[float, float, float, float]  # red, green, blue, opacity
 ShapeKind = Literal["sphere", "cylinder", "capsule", "box"]
 
 
-@dataclass(frozen=True)
-class Offset:
-    """A distance between two joints, usable as a coordinate: `-THIGH_LENGTH` points against the axis.
-
-    Attributes:
-        name: Aldebaran's name of the distance.
-        sign: 1.0 along the axis, -1.0 against it.
-    """
-
-    name: str
-    sign: float = 1.0
-
-    def __neg__(self) -> Offset:
-        return replace(self, sign=-self.sign)
-
-    def __str__(self) -> str:
-        return self.name if self.sign > 0 else f"-{self.name}"
-
-
-# A coordinate is a number [m] or an offset.
-Coordinate = float | Offset
+# A coordinate is a number [m], or the name of an offset, after a minus sign where it points against the axis.
+Coordinate = float | str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,21 +39,16 @@ class VersionedRow:
 
 @dataclass(frozen=True)
 class OffsetRow(VersionedRow):
-    """The length of an offset.
+    """The length of an offset, a distance between two joints.
 
     Attributes:
-        offset: the distance.
+        name: Aldebaran's name of the offset.
         value_mm: length [mm].
     """
 
-    offset: Offset
+    name: str
     value_mm: float
     source: str
-
-    @property
-    def name(self) -> str:
-        """Aldebaran's name of the offset."""
-        return self.offset.name
 
 
 @dataclass(frozen=True)
@@ -225,13 +201,6 @@ class ShapeRow:
     source: str
 
 
-def of_both_sides(row: ShapeRow) -> tuple[ShapeRow, ShapeRow]:
-    """Return a shape on the left, and its mirror image in the xz plane on the right."""
-    (x, y, z), (a, b, c) = row.center_m, row.axis
-    name, parent = f"R{row.name[1:]}", f"R{row.parent[1:]}"
-    return row, replace(row, name=name, parent=parent, center_m=(x, -y + 0.0, z), axis=(a, -b + 0.0, c))
-
-
 @dataclass(frozen=True)
 class OutlineRow:
     """The area of a sole that touches the floor."""
@@ -274,30 +243,6 @@ class PostureRow:
     name: str
     body: tuple[float, ...]
     source: str
-
-
-# The public source for each code in a row.
-SOURCES: dict[str, str] = {
-    "L6": "Aldebaran documentation 2.8, NAO6 links: doc.aldebaran.com/2-8/family/nao_technical/links_naov6.html",
-    "L33": "Aldebaran documentation 2.5, H25 V3.3 links: family/nao_h25/links_h25_v33.html",
-    "L32": "Aldebaran documentation 2.5, V3.2 links: family/robots/links_robot_v32.html",
-    "J6": "Aldebaran documentation 2.8, NAO6 joints: doc.aldebaran.com/2-8/family/nao_technical/joints_naov6.html",
-    "J32": "Aldebaran documentation 2.4, V3.2 joints: doc.aldebaran.com/2-4/family/nao_h21/joints_h21_v32.html",
-    "M33": "Aldebaran documentation 2.5, V3.3 motors: family/nao_h25/motors_h25_v33.html",
-    "BP6": "Aldebaran documentation 2.8, NAO6 body parts: doc.aldebaran.com/2-8/family/nao_technical/bodyparts_naov6.html",
-    "U6": "official URDF NAOH25V60 as published in HULKs/hulk, webots/protos/NAO.urdf",
-    "U5": "official URDF NAOH25V50 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV50_generated_urdf",
-    "U4": "official URDF NAOH25V40 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV40_generated_urdf",
-    "U33": "official URDF NAOH25V33 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV33_generated_urdf",
-    "U32": "official URDF NAOH25V32 as published in ros-naoqi/nao_robot, nao_description/urdf/naoV32_generated_urdf",
-    "QB": "softbankrobotics-research/qibullet, qibullet/robot_posture.py (Apache-2.0)",
-    "MIM": "ALMotion.getPosition recordings of LennonNM/NaoMimic: the foot height that makes both feet fit one HipYawPitch",
-    "DS6": "NAO6 datasheet of United Robotics Group",
-    "CAM": "Aldebaran documentation 1.14, cameras: doc.aldebaran.com/1-14/family/robots/video_robot.html; V5 has the sensor of V4",
-    "VIS": "alvisiondefinitions.h of NAOqi as published in ros-naoqi/naoqi_driver, include/naoqi_driver (Apache-2.0)",
-    "GEN": "drawn for this library",
-    "FIT": "fitted to the meshes of this library",
-}
 
 
 # --- The numbers of one version as changes of those of another.

@@ -458,6 +458,19 @@ class UrdfTree:
         moved = (joint.child for joint in self.joints if joint.name == frame)
         return frame if frame in self.links else self.shared_names.get(frame) or next(moved, frame)
 
+    def joints_to(self, link: str, base: str = "") -> list[UrdfJoint]:
+        """Return the joints from a link `base` to another link; from the root if the base does not carry it.
+
+        Examples:
+            >>> [joint.name for joint in nk.load_nao().tree.joints_to("Head", "torso")]
+            ['HeadYaw', 'HeadPitch']
+        """
+        above, found = {joint.child: joint for joint in self.joints}, list[UrdfJoint]()
+        while link in above and link != base:
+            found.append(above[link])
+            link = above[link].parent
+        return found[::-1]
+
 
 # --- Links that share their name with a joint.
 

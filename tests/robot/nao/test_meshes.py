@@ -22,7 +22,7 @@ from nao_kin.robot.nao import VERSIONS, nao_parameters
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import VISUALS
 from nao_kin.robot.nao.rows import ShapeRow
-from nao_kin.robot.nao.v6 import COLLISION_SHAPES
+from nao_kin.robot.nao.tables import NAOQI_SHAPES
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = ROOT / "scripts" / "generate_meshes.py"
@@ -301,15 +301,15 @@ def test_versions_are_told_apart_by_their_looks() -> None:
 
 def test_the_shells_lie_close_to_the_collision_primitives() -> None:
     links = {"torso": "torso"} | {joint.name: joint.link for joint in nao_parameters("v6").joints}
-    for parent in {shape.parent for shape in COLLISION_SHAPES}:
+    for parent in {shape.parent for shape in NAOQI_SHAPES}:
         points = np.concatenate([mesh(name).vertices for name in visuals("v6")[links[parent]]])
-        outside = np.min([distance_to(shape, points) for shape in COLLISION_SHAPES if shape.parent == parent], axis=0)
+        outside = np.min([distance_to(shape, points) for shape in NAOQI_SHAPES if shape.parent == parent], axis=0)
         # The axles of shoulders and hips, which no primitive covers, reach 35 mm out of the trunk.
         assert outside.max() < (0.036 if parent == "torso" else 0.017), parent
 
 
 def test_forearm_and_hand_fill_the_capsule_of_the_forearm() -> None:
-    (capsule,) = (shape for shape in COLLISION_SHAPES if shape.name == "LElbowRollBothCollision")
+    (capsule,) = (shape for shape in NAOQI_SHAPES if shape.name == "LElbowRollBothCollision")
     q = robot("v6").configuration({"LHand": 0.0, "LElbowRoll": -0.04})
     points = vertices("v6", q, "LForeArm", ["LForeArm", "l_wrist", "LFinger13_link", "LFinger23_link"])
     assert distance_to(capsule, points).max() < 0.010

@@ -10,6 +10,7 @@ import pytest
 from loops import for_all
 
 import nao_kin as nk
+from nao_kin._core.files import read_toml
 from nao_kin.errors import UnknownName
 from nao_kin.robot.nao import (
     COUPLED_LIMITS,
@@ -21,12 +22,22 @@ from nao_kin.robot.nao import (
     Version,
     nao_parameters,
 )
-from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import ACTUATORS, CAMERA_ROWS, FRAMES, PLACEHOLDER, VISUALS, version_named
-from nao_kin.robot.nao.rows import FrameRow, LimitRow, Offset, OffsetRow, VersionPage, VersionTables, overlaid
-from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, JOINTS, POSTURES, RESOLUTIONS, SOLE_OUTLINES, THIGH_LENGTH
-from nao_kin.robot.nao.versions import PAGES, TABLES, V6
+from nao_kin.robot.nao.rows import FrameRow, LimitRow, OffsetRow, VersionPage, VersionTables, overlaid
+from nao_kin.robot.nao.tables import (
+    FINGERS,
+    FITTED_SHAPES,
+    JOINTS,
+    NAOQI_SHAPES,
+    PAGES,
+    POSTURES,
+    RESOLUTIONS,
+    SOLE_OUTLINES,
+    TABLES,
+    V6,
+    tables_of,
+)
 from nao_kin.robot.semantics import Mimic
 from nao_kin.robot.urdf.reader import read_urdf
 
@@ -69,7 +80,7 @@ def test_every_row_names_a_known_source() -> None:
         FRAMES,
         CAMERA_ROWS,
         RESOLUTIONS,
-        COLLISION_SHAPES,
+        NAOQI_SHAPES,
         SOLE_OUTLINES,
         FITTED_SHAPES,
         VISUALS,
@@ -126,13 +137,12 @@ def test_v6_is_complete_and_every_other_version_has_one_page() -> None:
     assert TABLES.keys() == set(VERSIONS)
 
 
-def test_the_version_of_the_recipe_can_be_added_as_its_page_says() -> None:
+def test_the_version_of_the_recipe_can_be_added_as_its_page_says(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "model.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"^```python\n(# nao_kin/robot/nao/versions\.py\n.*?)^```", text, re.MULTILINE | re.DOTALL)
-    names: dict[str, object] = {}
-    exec(code, names)
-    page = names["V61"]
-    assert isinstance(page, VersionPage)
+    (code,) = re.findall(r"^```toml\n(# nao_kin/robot/nao/tables\.toml\n.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (tmp_path / "page.toml").write_text(code, encoding="utf-8")
+    ((version, given),) = read_toml(tmp_path / "page.toml")["versions"].items()
+    page = VersionPage(version=version, **tables_of(given))
     tables = page.over(V6)
     changed = {name: set(getattr(tables, name)) - set(getattr(V6, name)) for name in ("offsets", "frames", "inertials")}
     assert changed == {name: set(getattr(page, name)) for name in changed}
@@ -144,13 +154,13 @@ def test_the_version_of_the_recipe_can_be_added_as_its_page_says() -> None:
 
 def _links_of_the_old_length(page: VersionPage) -> list[str]:
     """The links whose length the page changes, and whose meshes or inertia it leaves as they are in the base."""
-    base, changed = TABLES[page.base], {row.offset.name for row in page.offsets}
+    base, changed = TABLES[page.base], {row.name for row in page.offsets}
     tables = page.over(base)
     shaped = {row.parent for row in tables.visuals}
     links = {
         joint.parent
         for joint in JOINTS
-        if joint.name in shaped and changed & {at.name for at in joint.origin if isinstance(at, Offset)}
+        if joint.name in shaped and changed & {at.lstrip("-") for at in joint.origin if isinstance(at, str)}
     }
 
     def bodies(of: VersionTables, link: str) -> tuple[list, list]:
@@ -169,7 +179,7 @@ def test_a_link_of_another_length_has_meshes_and_an_inertia_of_its_own(page: Ver
 
 
 def test_a_longer_thigh_with_the_shapes_of_the_short_one_is_found() -> None:
-    page = VersionPage(version="v5", base="v6", offsets=(OffsetRow(THIGH_LENGTH, 110.0, "L6"),))
+    page = VersionPage(version="v5", base="v6", offsets=(OffsetRow("ThighLength", 110.0, "L6"),))
     assert _links_of_the_old_length(page) == ["LHipPitch", "RHipPitch"]
 
 
@@ -229,16 +239,12 @@ def test_a_page_that_speaks_of_what_its_base_does_not_have_is_refused() -> None:
         VersionPage(version="v5", base="v6", frames=(_frame("x", "Tail"),)).over(V6)
 
 
-def test_an_offset_has_a_sign_and_its_published_name() -> None:
-    length = Offset("ThighLength")
-    against = -length
-    assert (str(length), str(against), -against) == ("ThighLength", "-ThighLength", length)
-    assert {row.offset for row in OFFSETS} >= {
-        Offset(coordinate.name)
-        for row in (*JOINTS, *FRAMES)
-        for coordinate in (row.origin if row in JOINTS else row.xyz)
-        if isinstance(coordinate, Offset)
-    }
+def test_every_coordinate_is_a_number_or_names_an_offset() -> None:
+    coordinates = {at for row in (*JOINTS, *FRAMES) for at in (row.origin if row in JOINTS else row.xyz)}
+    named = {at.removeprefix("-") for at in coordinates if isinstance(at, str)}
+    assert named == {row.name for row in OFFSETS}
+    assert "-ThighLength" in coordinates
+    assert nao_parameters("v6").joint("LKneePitch").xyz == (0.0, 0.0, -nao_parameters("v6").offsets["ThighLength"])
 
 
 # --- the resolved parameters ------------------------------------------------------------------------------------------

@@ -20,10 +20,9 @@ from scipy.spatial.transform import Rotation
 
 import nao_kin as nk
 from nao_kin.robot.nao import BODY_ORDER, CHAINS, VERSIONS, NaoParameters, nao_parameters
-from nao_kin.robot.nao.collision_rows import FITTED_SHAPES
 from nao_kin.robot.nao.model import nao_urdf_path
 from nao_kin.robot.nao.parameters import PLACEHOLDER
-from nao_kin.robot.nao.v6 import COLLISION_SHAPES, FINGERS, POSTURES
+from nao_kin.robot.nao.tables import FINGERS, FITTED_SHAPES, NAOQI_SHAPES, POSTURES
 
 PUBLISHED = json.loads((Path(__file__).parents[2] / "data" / "published_numbers.json").read_text(encoding="utf-8"))
 # Sources print π/2 and π with five digits or more, where the model has them in full.
@@ -331,9 +330,9 @@ def _shape_off(row: dict[str, Any], kind: str, size: object, rotation: np.ndarra
 
 def test_the_parameters_hold_the_published_collision_shapes() -> None:
     rows, wrong = {row["shape"]: row for row in PUBLISHED["collision_shapes"]}, []
-    assert {shape.name: shape.parent for shape in COLLISION_SHAPES} == {n: row["parent"] for n, row in rows.items()}
-    assert len(COLLISION_SHAPES) == len(rows)
-    for shape in COLLISION_SHAPES:
+    assert {shape.name: shape.parent for shape in NAOQI_SHAPES} == {n: row["parent"] for n, row in rows.items()}
+    assert len(NAOQI_SHAPES) == len(rows)
+    for shape in NAOQI_SHAPES:
         row = rows[shape.name]
         wrong += _off(shape.name, "centre", shape.center_m, row["centre_m"])
         turn = (
@@ -346,7 +345,7 @@ def test_the_parameters_hold_the_published_collision_shapes() -> None:
 
 
 def test_the_urdf_holds_the_fitted_collision_shapes(version: str, robot: nk.NaoModel, urdf: ET.Element) -> None:
-    assert nk.parameters.nao_parameters(version).naoqi_shapes == COLLISION_SHAPES
+    assert nk.parameters.nao_parameters(version).naoqi_shapes == NAOQI_SHAPES
     found = {
         shape.get("name", ""): (link, shape) for link in urdf.findall("link") for shape in link.findall("collision")
     }
