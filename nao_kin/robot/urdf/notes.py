@@ -5,27 +5,53 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from nao_kin._core.files import read_toml
 from nao_kin._core.text import abbreviated, nearest_names, quoted
 from nao_kin.robot.urdf.document import finite_numbers
 from nao_kin.robot.urdf.tree import Inertial, UrdfJoint, has_quaternions
 
-_TABLES = read_toml(Path(__file__).with_name("words.toml"))
-# Element of a URDF → its attributes and, after the bar, its elements; word of another format → the word of a URDF.
-_WORDS: dict[str, str] = _TABLES["urdf"]
-_OTHERS: dict[str, str] = _TABLES["others"]
+# Element → its attributes and, after the bar, its elements: URDF 1.0, 1.1 and the limits on acceleration of urdfdom.
+# Those that end in * may be repeated.
+_WORDS = {
+    "joint": "name type dont_collapse | origin parent child axis calibration dynamics limit mimic safety_controller",
+    "link": "name type | inertial visual* collision*",
+    "inertial": "| origin mass inertia",
+    "visual": "name | origin geometry material",
+    "collision": "name | origin geometry verbose* material",
+    "verbose": "value |",
+    "geometry": "name | box cylinder sphere capsule mesh",
+    "material": "name | color texture",
+    "origin": "xyz rpy quat_xyzw |",
+    "parent": "link |",
+    "child": "link |",
+    "axis": "xyz |",
+    "calibration": "rising falling reference_position |",
+    "dynamics": "damping friction |",
+    "limit": "lower upper effort velocity acceleration deceleration jerk |",
+    "mimic": "joint multiplier offset |",
+    "safety_controller": "soft_lower_limit soft_upper_limit k_position k_velocity |",
+    "mass": "value |",
+    "inertia": "ixx ixy ixz iyy iyz izz |",
+    "box": "size |",
+    "cylinder": "radius length |",
+    "sphere": "radius |",
+    "capsule": "radius length |",
+    "mesh": "filename scale |",
+    "color": "rgba |",
+    "texture": "filename |",
+}
 # Elements of Gazebo, Bullet, ROS and other simulators inside links and joints; they say nothing on kinematics.
 _EXTENSIONS = frozenset(
     "actuator audio_source collision_checking contact contact_coefficients dampingFactor force_torque gazebo gravity "
     "hardwareInterface kd kinematic kp maxVel mechanicalReduction minDepth mu1 mu2 mujoco plugin selfCollide "
     "self_collide self_collision_checking self_filter sensor surface transmission turnGravityOff verbose".split()
 )
+# Words of SDF and MJCF → the word of a URDF.
+_OTHERS = {"pose": "origin", "pos": "xyz", "quat": "quat_xyzw", "min": "lower", "max": "upper", "file": "filename"}
 # The least similarity of a misspelt word, and of one outside of links and joints, where files have words of their own.
 _SIMILAR, _MISSPELT = 0.6, 0.8
 # Larger angles are more than a turn, also if a turn was rounded.
