@@ -36,7 +36,8 @@ def built_site() -> Path:
     for needed in ("sphinx", "furo", "myst_parser", "sphinx_design", "sphinxcontrib.katex"):
         pytest.importorskip(needed, reason="the documentation's packages are not installed")
     site = ROOT / "docs" / "_build" / "html"
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", str(ROOT / "docs"), str(site)]
+    options = ["-W", "--keep-going", "-q", "-d", str(site.parent / "doctrees"), "-b", "html"]
+    command = [sys.executable, "-m", "sphinx", *options, str(ROOT / "docs"), str(site)]
     site.parent.mkdir(exist_ok=True)
     with (site.parent / "tests.lock").open("a+") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two test modules need the site, often at the same time
