@@ -206,8 +206,8 @@ def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
         (for_node if _is_for_node(test) else for_pytest).append(test)
     commands = []
     if for_node:
-        commands.append(["node", "web/build.js", "--node", "web/build", *for_node])
-        commands.append(["node", "--test", *(f"web/build/{Path(test).stem}.mjs" for test in for_node)])
+        commands.append(["node", "web/build.js", "--node", "web/build/tests.mjs", *for_node])
+        commands.append(["node", "--test", "web/build/tests.mjs"])
     if for_pytest:
         commands.append([sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *for_pytest])
     return next((code for command in commands if (code := _exit_code(root, command, timeout)) != PASSED), PASSED)
