@@ -54,11 +54,8 @@ def test_a_crash_a_hang_and_a_traceback_are_reported(body: str, said: str, tmp_p
     assert all(line.startswith("broken: angle") and said in line for line in lines)
 
 
-CASES = fuzz.cases()
-
-
 def test_each_public_function_and_method_is_called_or_left_out_for_a_reason() -> None:
-    found = {fuzz.code_of(case.function) for case in CASES.values()}
+    found = {fuzz.code_of(case.function) for case in fuzz.cases().values()}
     # Classes that no example makes are results, and a method without arguments cannot be called wrongly.
     names = {
         name
@@ -82,4 +79,4 @@ RIGHT = [call for call in map(str.strip, fuzz.CALLS.strip().splitlines()) if "fr
 @for_all("call", RIGHT)
 def test_the_right_calls_succeed(call: str, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(files)
-    eval(call, CASES[call].names)
+    eval(call, fuzz.cases()[call].names)
