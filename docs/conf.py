@@ -95,7 +95,7 @@ TypeAliasForwardRef.__getitem__ = _parametrised
 
 
 def setup(app: Sphinx) -> None:
-    """Write the tables of parameters and the lecture before the pages are read; for a site, the pages with a robot too."""
+    """Write tables and the lecture before the pages are read, and for a site the pages with a robot."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
     app.connect("autodoc-process-docstring", types_in_public_words)
     setup_names(app)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from doc_pages import PAGES, ROOT, blocks
+from doc_pages import PAGES, blocks
 
 from nao_kin.cli.app import run
 from nao_kin.errors import MissingExtra
@@ -84,24 +84,18 @@ def _with_few_samples(words: list[str]) -> list[str]:
 
 
 def run_line(line: str) -> Ran:
-    """Run a line in this process, or in a shell if it calls other programs than nao-kin and cat."""
-    stages = [shlex.split(stage) for stage in line.split(" | ")]
-    if any(stage[0] not in ("nao-kin", "cat") for stage in stages):
-        program = re.sub(r"\bnao-kin\b", f"{shlex.quote(sys.executable)} -m nao_kin", line)
-        path = os.pathsep.join((os.environ.get("PYTHONPATH", ""), str(ROOT)))
-        shell = ["bash", "-o", "pipefail", "-c", program]
-        done = subprocess.run(shell, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True)
-        return Ran(line, done.returncode, done.stderr)
+    """Run a line: nao-kin in this process, other programs in a shell."""
     code, text, errors, stdin = 0, "", io.StringIO(), sys.stdin
-    for words in stages:
-        *words, file = words if words[-2:-1] == [">"] else [*words, ""]
-        with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(errors):
+    for stage in line.split(" | "):
+        program, _, file = stage.partition(" > ")
+        words = shlex.split(program)
+        if words[0] == "nao-kin":
             sys.stdin = io.TextIOWrapper(io.BytesIO(text.encode()))
-            if words[0] == "cat":
-                out.write(Path(words[1]).read_text(encoding="utf-8"))
-            else:
-                code = run(_with_few_samples([word for word in words[1:] if word != ">"])) or code
+            with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(errors):
+                code = run(_with_few_samples(words[1:])) or code
             text, sys.stdin = out.getvalue(), stdin
+        else:
+            text = subprocess.run(["bash", "-c", program], input=text, stdout=-1, text=True, check=True).stdout
         if file:
             Path(file).write_text(text, encoding="utf-8")
     return Ran(line, code, errors.getvalue())
