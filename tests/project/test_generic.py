@@ -76,19 +76,15 @@ def test_rows_of_a_batch_are_those_one_by_one(name: str) -> None:
         q = NAO.posture("StandInit") + ON_FLOOR[name] * (q - NAO.posture("StandInit"))
     tolerance = 1e-6 if name in SOLVERS else 1e-11  # searches end on either side of theirs
     alone, longest = [numbers(ask(row)) for row in q], numbers(ask(q))
-
-    def same(array: np.ndarray, others: np.ndarray, where: str) -> None:
+    rows = [(what, array) for what, array in longest.items() if array.shape[:1] == (len(q),)]
+    pairs = [(f"{what}, row {k}", one[what], array[k]) for what, array in rows for k, one in enumerate(alone)]
+    for n in COUNTS[:-1]:
+        shorter = numbers(ask(q[:n]))
+        pairs += [(f"{what}, {n} rows", shorter[what], array[:n]) for what, array in rows]
+    for what, array, others in pairs:
         # The axes that list solutions or corners are as long as the longest of the batch needs.
         cut = others[tuple(slice(size) for size in array.shape)]
-        np.testing.assert_allclose(cut, array, rtol=0, atol=tolerance, err_msg=where)
-
-    for what, array in longest.items():
-        for k in range(len(q) if array.shape[:1] == (len(q),) else 0):
-            same(alone[k][what], array[k], f"{what}, row {k}")
-    for n in COUNTS[:-1]:
-        for what, array in numbers(ask(q[:n])).items():
-            if array.shape[:1] == (n,):
-                same(array, longest[what], f"{what}, {n} rows")
+        np.testing.assert_allclose(cut, array, rtol=0, atol=tolerance, err_msg=what)
 
 
 @for_all("name", sorted(METHODS | SOLVERS))

@@ -20,7 +20,6 @@ CALL = re.compile(r"(\w+)\(((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)")
 
 # The function's name, the number of arguments without names, and those with.
 Call = tuple[str, int, list[str]]
-Calls = Callable[[Path, str], Iterable[Call]]
 
 
 def calls_in(tree: ast.AST) -> Iterator[Call]:
@@ -84,7 +83,7 @@ def options() -> Iterator[tuple[str, str, str, int]]:
                 yield name, name.rpartition(".")[2], one.name, place if positional else 10**6
 
 
-def missing(files: Iterable[Path], calls_of: Calls, *, by_word: bool) -> list[str]:
+def missing(files: Iterable[Path], calls_of: Callable[[Path, str], Iterable[Call]], *, by_word: bool) -> list[str]:
     """Return the options that no file gives to their function, or with `by_word` to any function."""
     left = list(options())
     for file in files:
