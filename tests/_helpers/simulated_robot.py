@@ -565,8 +565,7 @@ def _angles(truth: Truth, specific: np.ndarray, times: np.ndarray) -> np.ndarray
     away = np.where(shaken[:, None], 0.0, (away + np.pi) % (2.0 * np.pi) - np.pi)
     part = 1.0 - np.exp(-float(np.median(np.diff(times))))
     # slow[n] = part · away[n] + (1 − part) · slow[n − 1]; scipy.signal would take most of a second to import.
-    given = part * away
-    given[0] += (1.0 - part) * away[:50].mean(axis=0)
+    given = part * away + (1.0 - part) * away[:50].mean(axis=0) * np.eye(len(away), 1)
     slow = solve_banded((1, 0), [np.ones(len(away)), np.full(len(away), part - 1.0)], given)
     return (truth.roll_pitch + slow + np.pi) % (2.0 * np.pi) - np.pi
 

@@ -14,14 +14,10 @@ from loops import for_all
 from public_names import called
 
 
-def fuzzed(*options: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(Path(fuzz.__file__)), *options]
-    return subprocess.run(command, capture_output=True, text=True)
-
-
 @pytest.mark.full
 def test_wrong_calls_of_many_functions_and_commands_end() -> None:
-    done = fuzzed("--seed", "2", "--calls", "20", "--names", "100")
+    command = [sys.executable, fuzz.__file__, *"--seed 2 --calls 20 --names 100".split()]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
