@@ -15,6 +15,7 @@ PIP_INSTALL := python -m pip install --quiet --disable-pip-version-check --no-co
 # A room, a folder of tests/, or all of them.
 TESTS := tests/$(ROOM)
 PYTEST := $(BIN)/pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(TESTS)
+SPHINX := $(BIN)/sphinx-build -W --keep-going -q -d docs/_build/doctrees
 # Bytecode is kept: the tests start hundreds of processes, and each worker reads all tests.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -22,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 unit full: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: help demo test test-all generate docs bench clean
-.PHONY: lint types web web-packages unit full bytecode kernels long-kernels other-kernels lowest light check-generated check-drawn
+.PHONY: lint types web web-packages unit full bytecode kernels long-kernels other-kernels lowest light check-docs check-generated check-drawn
 
 help: ## these lines
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "make %-9s %s\n", $$1, $$2}' Makefile
@@ -36,7 +37,7 @@ demo: $(PLAIN) ## set up the library alone, print poses, and write a page of the
 
 # At the same time, for none uses both cores all the while; the tests begin when the kernels are compiled.
 test: ## set up, and check what a change can break; with ROOM=ik, lint and the tests of tests/ik alone
-	$(MAKE) -j4 lint unit $(if $(ROOM),,docs types check-generated web)
+	$(MAKE) -j4 lint unit $(if $(ROOM),,check-docs types check-generated web)
 
 test-all: $(FULL) ## this, and what takes long: matrices, browsers, notebooks, wheels, drawings, lowest versions
 	$(MAKE) test
@@ -86,7 +87,11 @@ lowest light:
 	.ci/$@
 
 docs: $(DEV) ## the documentation as a site, in docs/_build/html
-	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
+	$(SPHINX) -b html docs docs/_build/html
+
+# Reads the pages and the docstrings and resolves what they refer to; only writing the pages is left out.
+check-docs: $(DEV)
+	$(SPHINX) -b dummy docs docs/_build/dummy
 
 generate: $(FULL) web-packages ## all files that are generated: URDFs, meshes, drawings, gallery, bundle of the page
 	$(BIN)/python scripts/generate_page_messages.py

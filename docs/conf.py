@@ -95,11 +95,13 @@ TypeAliasForwardRef.__getitem__ = _parametrised
 
 
 def setup(app: Sphinx) -> None:
-    """Write the tables of parameters, the page with the robot and the lecture before the pages are read."""
+    """Write tables and the lecture before the pages are read, and for a site the pages with a robot."""
     app.connect("autodoc-process-docstring", as_written, priority=400)
     app.connect("autodoc-process-docstring", types_in_public_words)
     setup_names(app)
     setup_ranks(app)
     write_tables(HERE / "_generated" / "parameters.md")
-    write_pages(HERE / "_generated" / "static")
+    static = HERE / "_generated" / "static"
+    static.mkdir(parents=True, exist_ok=True)
+    app.connect("builder-inited", lambda app: write_pages(static) if app.builder.format == "html" else None)
     write_lecture(HERE.parent / "examples" / "notebooks", HERE / "lecture")

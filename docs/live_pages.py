@@ -30,6 +30,5 @@ def write_pages(folder: Path) -> None:
 
 def _write(path: Path, viewer: nk.Viewer) -> None:
     page = viewer.static_html()
-    path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != page:
         path.write_text(page, encoding="utf-8")

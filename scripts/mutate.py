@@ -130,7 +130,16 @@ def find(fault: Fault, tree: ast.Module) -> tuple[ast.expr | ast.stmt, ast.expr 
 
 def replace(tree: ast.AST, old: ast.AST, new: ast.AST) -> None:
     """Put a node of a syntax tree in the place of another; called with the nodes swapped, it restores the tree."""
-    _Replace(old, new).visit(tree)
+    if isinstance(old, ast.expr) and hasattr(old, "ctx") and hasattr(new, "ctx"):
+        new.ctx = old.ctx
+    for node in ast.walk(tree):
+        for field, value in vars(node).items():
+            if value is old:
+                setattr(node, field, new)
+                return
+            if isinstance(value, list) and any(one is old for one in value):
+                value[next(k for k, one in enumerate(value) if one is old)] = new
+                return
 
 
 def _same(a: object, b: object) -> bool:
@@ -154,18 +163,6 @@ def _parsed(fault: Fault) -> tuple[ast.expr | ast.stmt, ast.expr | ast.stmt]:
         except (SyntaxError, ValueError):
             raise NotPlanted(f"{fault.name}: expected two expressions, or two statements") from None
         return old, new
-
-
-class _Replace(ast.NodeTransformer):
-    def __init__(self, old: ast.AST, new: ast.AST) -> None:
-        self._old, self._new = old, new
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        if node is not self._old:
-            return self.generic_visit(node)
-        if isinstance(node, ast.expr) and hasattr(node, "ctx") and hasattr(self._new, "ctx"):
-            self._new.ctx = node.ctx
-        return self._new
 
 
 def copy_project(target: Path) -> None:
@@ -206,8 +203,8 @@ def run_tests(root: Path, tests: Iterable[str], timeout: float) -> int:
         (for_node if _is_for_node(test) else for_pytest).append(test)
     commands = []
     if for_node:
-        commands.append(["node", "web/build.js", "--node", "web/build", *for_node])
-        commands.append(["node", "--test", *(f"web/build/{Path(test).stem}.mjs" for test in for_node)])
+        commands.append(["node", "web/build.js", "--node", "web/build/tests.mjs", *for_node])
+        commands.append(["node", "--test", "web/build/tests.mjs"])
     if for_pytest:
         commands.append([sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *for_pytest])
     return next((code for command in commands if (code := _exit_code(root, command, timeout)) != PASSED), PASSED)

@@ -1,5 +1,6 @@
 // Bundles the page's modules and styles into nao_kin/viewer/page; with --check, only compares them with the committed ones.
-// With --node, a folder and files, bundles the files (the tests) into the folder for Node.js, which may not run TypeScript.
+// With --node, a file and modules, bundles the modules (the tests) into the file for Node.js, which may not run TypeScript. One
+// file for all, because Node.js starts a process for each.
 import { readFile, writeFile } from "node:fs/promises";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
@@ -35,13 +36,9 @@ async function buildPage() {
   }
 }
 
-const [option, outdir, ...entryPoints] = process.argv.slice(2);
-const forNode = {
-  bundle: true,
-  platform: "node",
-  format: "esm",
-  outExtension: { ".js": ".mjs" },
-  external: ["esbuild"],
-};
-if (option === "--node") await build({ ...forNode, entryPoints, outdir });
-else await buildPage();
+const [option, outfile, ...modules] = process.argv.slice(2);
+if (option === "--node") {
+  const contents = modules.map((file) => `import ${JSON.stringify(path.resolve(file))};`).join("\n");
+  const stdin = { contents, resolveDir: HERE };
+  await build({ stdin, outfile, bundle: true, platform: "node", format: "esm", external: ["esbuild"] });
+} else await buildPage();

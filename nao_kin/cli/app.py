@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -89,7 +90,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal without ° or … shows ? instead
     try:
         with _terminal_restored(), _warnings_as_lines():
-            code = app(args=None if arguments is None else list(arguments), prog_name="nao-kin", standalone_mode=False)
+            code = _command()(None if arguments is None else list(arguments), "nao-kin", standalone_mode=False)
             sys.stdout.flush()
             return int(code or 0)
     except NaoKinError as error:
@@ -110,6 +111,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
         _discard_output()
         what = "write the output" if error.filename is None else f"use {abbreviated(error.filename)}"
         return _fail(f"cannot {what}: {error.strerror or error}")
+
+
+@cache
+def _command() -> Any:
+    """Return the program as a command with all others; a process that calls it several times makes it once."""
+    return typer.main.get_command(app)
 
 
 def _fail(message: str) -> int:

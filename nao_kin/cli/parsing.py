@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import redirect_stderr
 from dataclasses import MISSING as REQUIRED, Field, fields, is_dataclass
-from functools import wraps
+from functools import cache, wraps
 from inspect import Parameter
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
@@ -123,6 +123,7 @@ def _option(name: str, kind: Any, declared: Field[Any]) -> Option:
     return Option(name, alone[0] if alone else kind, declared)
 
 
+@cache
 def options_of(name: str) -> tuple[dict[str, Option], dict[str, tuple[Any, list[str]]], Needs]:
     """Return the options of a command by name, its groups (class and names) by parameter, and what each option needs.
 
@@ -224,6 +225,14 @@ class Command(TyperCommand):
         _write_under_headings(formatter, ((heading, one.get_help_record(ctx)) for heading, one in rows))
 
 
+@cache
+def _made(name: str) -> Any:
+    """Return a command with its options; programs that call several commands make each once."""
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(name.split()[-1], cls=Command, epilog=COMMANDS[name].example)(with_options(name))
+    return typer.main.get_command(alone)
+
+
 class Group(TyperGroup):
     """A group of commands that makes the options of a command when it is called, and names the nearest commands."""
 
@@ -244,10 +253,7 @@ class Group(TyperGroup):
             raise BadArgument(f"no such command {quoted(args[0])} ({advice})")
         name = " ".join([*ctx.command_path.split()[1:], args[0]])
         if name in COMMANDS:
-            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-            alone.command(args[0], cls=Command, epilog=COMMANDS[name].example)(with_options(name))
-            self.commands[args[0]] = typer.main.get_command(alone)
-            args = [args[0], *mended(args[1:], options_of(name)[0])]
+            return args[0], _made(name), mended(args[1:], options_of(name)[0])
         return super().resolve_command(ctx, args)
 
 

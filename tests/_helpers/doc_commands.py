@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from doc_pages import PAGES, ROOT, blocks
+from doc_pages import PAGES, blocks
 
 from nao_kin.cli.app import run
 from nao_kin.errors import MissingExtra
@@ -84,17 +84,21 @@ def _with_few_samples(words: list[str]) -> list[str]:
 
 
 def run_line(line: str) -> Ran:
-    """Run a line in this process, or in a shell if it needs one."""
-    words = shlex.split(line)
-    if words[0] != "nao-kin" or any(sign in words for sign in ("|", ">")):
-        program = re.sub(r"\bnao-kin\b", f"{shlex.quote(sys.executable)} -m nao_kin", line)
-        path = os.pathsep.join((os.environ.get("PYTHONPATH", ""), str(ROOT)))
-        shell = ["bash", "-o", "pipefail", "-c", program]
-        done = subprocess.run(shell, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True)
-        return Ran(line, done.returncode, done.stderr)
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
-        code = run(_with_few_samples(words[1:]))
-    return Ran(line, code, said.getvalue())
+    """Run a line: nao-kin in this process, other programs in a shell."""
+    code, text, errors, stdin = 0, "", io.StringIO(), sys.stdin
+    for stage in line.split(" | "):
+        program, _, file = stage.partition(" > ")
+        words = shlex.split(program)
+        if words[0] == "nao-kin":
+            sys.stdin = io.TextIOWrapper(io.BytesIO(text.encode()))
+            with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(errors):
+                code = run(_with_few_samples(words[1:])) or code
+            text, sys.stdin = out.getvalue(), stdin
+        else:
+            text = subprocess.run(["bash", "-c", program], input=text, stdout=-1, text=True, check=True).stdout
+        if file:
+            Path(file).write_text(text, encoding="utf-8")
+    return Ran(line, code, errors.getvalue())
 
 
 def run_page(page: Path, *, python: bool = False) -> Iterator[Ran]:

@@ -15,6 +15,7 @@ import argparse
 import ast
 import doctest
 import faulthandler
+import functools
 import importlib
 import inspect
 import json
@@ -166,6 +167,7 @@ class Case(NamedTuple):
     names: dict[str, Any]
 
 
+@functools.cache
 def cases() -> dict[str, Case]:
     """Return all functions, classes and methods that examples call, and the calls and commands above."""
     finder, found = doctest.DocTestFinder(recurse=False), dict[str, Case]()

@@ -15,7 +15,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 from simulated_plans import LEGS, SHIFT, STEP, gesture, kick, smooth, walk
 
@@ -564,7 +564,9 @@ def _angles(truth: Truth, specific: np.ndarray, times: np.ndarray) -> np.ndarray
     shaken = np.abs(np.linalg.norm(specific, axis=1) / GRAVITY - 1.0) > 0.2
     away = np.where(shaken[:, None], 0.0, (away + np.pi) % (2.0 * np.pi) - np.pi)
     part = 1.0 - np.exp(-float(np.median(np.diff(times))))
-    slow, _ = lfilter([part], [1.0, part - 1.0], away, axis=0, zi=(1.0 - part) * away[None, :50].mean(axis=1))
+    # slow[n] = part · away[n] + (1 − part) · slow[n − 1]; scipy.signal would take most of a second to import.
+    given = part * away + (1.0 - part) * away[:50].mean(axis=0) * np.eye(len(away), 1)
+    slow = solve_banded((1, 0), [np.ones(len(away)), np.full(len(away), part - 1.0)], given)
     return (truth.roll_pitch + slow + np.pi) % (2.0 * np.pi) - np.pi
 
 

@@ -36,13 +36,13 @@ def built_site() -> Path:
     for needed in ("sphinx", "furo", "myst_parser", "sphinx_design", "sphinxcontrib.katex"):
         pytest.importorskip(needed, reason="the documentation's packages are not installed")
     site = ROOT / "docs" / "_build" / "html"
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", str(ROOT / "docs"), str(site)]
+    command = "-m sphinx -W --keep-going -q -d docs/_build/doctrees -b html docs docs/_build/html".split()
     site.parent.mkdir(exist_ok=True)
     with (site.parent / "tests.lock").open("a+") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two test modules need the site, often at the same time
         lock.seek(0)
         if lock.read() != RUN and not _is_new(site):
-            done = subprocess.run(command, capture_output=True, text=True)
+            done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True)
             assert done.returncode == 0, done.stderr[-4000:]
             lock.truncate(0)
             lock.write(RUN)

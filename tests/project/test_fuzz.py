@@ -14,14 +14,10 @@ from loops import for_all
 from public_names import called
 
 
-def fuzzed(*options: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(Path(fuzz.__file__)), *options]
-    return subprocess.run(command, capture_output=True, text=True)
-
-
 @pytest.mark.full
 def test_wrong_calls_of_many_functions_and_commands_end() -> None:
-    done = fuzzed("--seed", "2", "--calls", "20", "--names", "100")
+    command = [sys.executable, fuzz.__file__, *"--seed 2 --calls 20 --names 100".split()]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -54,11 +50,8 @@ def test_a_crash_a_hang_and_a_traceback_are_reported(body: str, said: str, tmp_p
     assert all(line.startswith("broken: angle") and said in line for line in lines)
 
 
-CASES = fuzz.cases()
-
-
 def test_each_public_function_and_method_is_called_or_left_out_for_a_reason() -> None:
-    found = {fuzz.code_of(case.function) for case in CASES.values()}
+    found = {fuzz.code_of(case.function) for case in fuzz.cases().values()}
     # Classes that no example makes are results, and a method without arguments cannot be called wrongly.
     names = {
         name
@@ -82,4 +75,4 @@ RIGHT = [call for call in map(str.strip, fuzz.CALLS.strip().splitlines()) if "fr
 @for_all("call", RIGHT)
 def test_the_right_calls_succeed(call: str, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(files)
-    eval(call, CASES[call].names)
+    eval(call, fuzz.cases()[call].names)

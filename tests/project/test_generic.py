@@ -75,16 +75,16 @@ def test_rows_of_a_batch_are_those_one_by_one(name: str) -> None:
     if name in ON_FLOOR:
         q = NAO.posture("StandInit") + ON_FLOOR[name] * (q - NAO.posture("StandInit"))
     tolerance = 1e-6 if name in SOLVERS else 1e-11  # searches end on either side of theirs
-    alone = [numbers(ask(row)) for row in q]
-    for n in COUNTS:
-        for what, array in numbers(ask(q[:n])).items():
-            if array.shape[:1] != (n,):
-                continue
-            for k in range(n):
-                one, row = alone[k][what], array[k]
-                # The axes that list solutions or corners are as long as the longest of the batch needs.
-                cut = row[tuple(slice(size) for size in one.shape)]
-                np.testing.assert_allclose(cut, one, rtol=0, atol=tolerance, err_msg=f"{what}, row {k} of {n}")
+    alone, longest = [numbers(ask(row)) for row in q], numbers(ask(q))
+    rows = [(what, array) for what, array in longest.items() if array.shape[:1] == (len(q),)]
+    pairs = [(f"{what}, row {k}", one[what], array[k]) for what, array in rows for k, one in enumerate(alone)]
+    for n in COUNTS[:-1]:
+        shorter = numbers(ask(q[:n]))
+        pairs += [(f"{what}, {n} rows", shorter[what], array[:n]) for what, array in rows]
+    for what, array, others in pairs:
+        # The axes that list solutions or corners are as long as the longest of the batch needs.
+        cut = others[tuple(slice(size) for size in array.shape)]
+        np.testing.assert_allclose(cut, array, rtol=0, atol=tolerance, err_msg=what)
 
 
 @for_all("name", sorted(METHODS | SOLVERS))

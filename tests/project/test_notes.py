@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from syntax import within
+
 ROOT = Path(__file__).resolve().parents[2]
 # A note of fewer words, or of short words, could stand in a test by accident.
 WORDS, LETTERS = 3, 8
@@ -26,7 +28,8 @@ def texts(node: ast.AST) -> Iterator[list[str]]:
 
 def notes(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Yield the texts of a module that become notes or warnings, with their lines."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    source = path.read_text(encoding="utf-8")
+    for node in within(ast.parse(source)) if re.search("note|warn", source) else ():
         written: list[ast.expr] = []
         if isinstance(node, ast.Call):
             name = ast.unparse(node.func)
@@ -47,7 +50,7 @@ def said(pieces: list[str], tests: str) -> bool:
     for count in (2, 3):
         for k in range(len(words) - count + 1):
             part = " ".join(words[k : k + count]).strip(".,;:()")
-            enough = len(re.sub(r"\W", "", part)) >= LETTERS
+            enough = len(re.sub(r"\W", "", part)) >= LETTERS and (part in tests or FILLED in part)
             if enough and re.search(re.escape(part).replace(FILLED, r"\S{0,40}"), tests):
                 return True
     return False

@@ -7,7 +7,7 @@ import dataclasses
 import enum
 import inspect
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from public_names import called
@@ -18,9 +18,13 @@ ROOT = Path(__file__).resolve().parents[2]
 CALL = re.compile(r"(\w+)\(((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)")
 
 
-def calls_in(text: str) -> Iterator[tuple[str, int, list[str]]]:
-    """Yield the calls of a module: the function's name, the number of arguments without names, and those with."""
-    nodes = [node for node in within(ast.parse(text)) if isinstance(node, ast.Call | ast.Dict | ast.FunctionDef)]
+# The function's name, the number of arguments without names, and those with.
+Call = tuple[str, int, list[str]]
+
+
+def calls_in(tree: ast.AST) -> Iterator[Call]:
+    """Yield the calls of a module."""
+    nodes = [node for node in within(tree) if isinstance(node, ast.Call | ast.Dict | ast.FunctionDef)]
     yield from calls_with_options(nodes)
     for node in nodes:
         if isinstance(node, ast.Call):
@@ -37,7 +41,7 @@ def calls_in(text: str) -> Iterator[tuple[str, int, list[str]]]:
             )
 
 
-def calls_with_options(nodes: list[ast.Call | ast.Dict | ast.FunctionDef]) -> Iterator[tuple[str, int, list[str]]]:
+def calls_with_options(nodes: list[ast.Call | ast.Dict | ast.FunctionDef]) -> Iterator[Call]:
     """Yield the functions called with `**options`, with the options in the module's dictionaries and wrappers."""
     wrappers, options, functions = {"dict"}, set[str](), set[str]()
     for node in nodes:
@@ -55,22 +59,13 @@ def calls_with_options(nodes: list[ast.Call | ast.Dict | ast.FunctionDef]) -> It
         yield function, 0, [*options]
 
 
-def calls_on(text: str) -> Iterator[tuple[str, int, list[str]]]:
+def calls_on(text: str) -> Iterator[Call]:
     """Yield the calls on a page or in a docstring."""
     for name, inside in CALL.findall(text):
         try:
-            yield from calls_in(f"{name}({inside})")
+            yield from calls_in(ast.parse(f"{name}({inside})"))
         except SyntaxError:
             continue
-
-
-def given(calls: Iterable[tuple[str, int, list[str]]]) -> tuple[set[tuple[str, str]], dict[str, int]]:
-    """Return the options that calls name, and function → the largest number of arguments without names."""
-    names, places = set[tuple[str, str]](), dict[str, int]()
-    for function, count, options in calls:
-        names |= {(function, option) for option in options}
-        places[function] = max(places.get(function, 0), count)
-    return names, places
 
 
 def options() -> Iterator[tuple[str, str, str, int]]:
@@ -88,40 +83,48 @@ def options() -> Iterator[tuple[str, str, str, int]]:
                 yield name, name.rpartition(".")[2], one.name, place if positional else 10**6
 
 
-def missing(calls: Iterable[tuple[str, int, list[str]]]) -> set[str]:
-    """Return the options that no call gives."""
-    names, places = given(calls)
-    return {
-        f"{name}({option}=)"
-        for name, function, option, place in options()
-        if (function, option) not in names and places.get(function, 0) <= place
-    }
+def missing(files: Iterable[Path], calls_of: Callable[[Path, str], Iterable[Call]], *, by_word: bool) -> list[str]:
+    """Return the options that no file gives to their function, or with `by_word` to any function."""
+    left = list(options())
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        # A file that names neither need not be parsed.
+        if any(function in text or (by_word and option in text) for _, function, option, _ in left):
+            names, places = set[tuple[str, str]](), dict[str, int]()
+            for function, count, words in calls_of(file, text):
+                names |= {("" if by_word else function, word) for word in words}
+                places[function] = max(places.get(function, 0), count)
+            left = [
+                (name, function, option, place)
+                for name, function, option, place in left
+                if ("" if by_word else function, option) not in names and places.get(function, 0) <= place
+            ]
+    return [f"{name}({option}=)" for name, _, option, _ in left]
 
 
-def modules(*places: str) -> list[str]:
-    return [path.read_text(encoding="utf-8") for place in places for path in sorted((ROOT / place).rglob("*.py"))]
+def modules(*places: str) -> list[Path]:
+    return [path for place in places for path in sorted((ROOT / place).rglob("*.py"))]
 
 
 def test_each_option_is_given_in_a_test() -> None:
-    untested = missing(call for text in modules("tests") for call in calls_in(text))
+    untested = missing(modules("tests"), lambda _, text: calls_in(ast.parse(text)), by_word=False)
     assert not untested, "test these options off their defaults, or delete them"
+
+
+def calls_and_examples(file: Path, text: str) -> Iterator[Call]:
+    """Yield the calls of a module and of its docstrings; of a page those that it shows."""
+    if file.suffix != ".py":
+        yield from calls_on(text)
+        return
+    tree = ast.parse(text)
+    yield from calls_in(tree)
+    for node in statements(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+            yield from calls_on(ast.get_docstring(node) or "")
 
 
 def test_each_option_is_used_or_shown_outside_the_tests() -> None:
     """What counts is the word: an option such as `near` is shown once for all functions that have it."""
-    code = modules("nao_kin", "examples", "scripts", "benchmarks")
     pages = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", *(ROOT / "examples").rglob("*.ipynb")]
-    told = (statements(ast.parse(text)) for text in code)
-    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef)
-    docstrings = [ast.get_docstring(node) or "" for nodes in told for node in nodes if isinstance(node, kinds)]
-    texts = [*docstrings, *(path.read_text(encoding="utf-8") for path in pages)]
-    names, places = given(
-        [*(c for text in code for c in calls_in(text)), *(c for text in texts for c in calls_on(text))]
-    )
-    words = {word for _, word in names}
-    unused = {
-        f"{name}({option}=)"
-        for name, function, option, place in options()
-        if option not in words and places.get(function, 0) <= place
-    }
-    assert not unused, "delete these options, or show them on a page"
+    files = [*pages, *modules("examples", "scripts", "benchmarks", "nao_kin")]
+    assert not missing(files, calls_and_examples, by_word=True), "delete these options, or show them on a page"

@@ -78,7 +78,8 @@ class NaoModel(RobotModel):
             >>> body.shape, dict(zip(nao.body_order, body.round(3).tolist()))["RHipYawPitch"]
             ((26,), -0.17)
         """
-        return self.joints.values(self.checked(q))[..., [self.joints.row(name) for name in tables.BODY_ORDER]]
+        joints = self.joints  # each time it is asked for, the robot looks whether its joints have changed
+        return joints.values(self.checked(q))[..., [joints.row(name) for name in tables.BODY_ORDER]]
 
     def from_body(
         self,
