@@ -307,6 +307,7 @@ def test_limits_can_be_clamped_or_ignored(capsys: Capture, nao: nk.NaoModel) -> 
         (("motion", "convert", "a.csv", "b.csv", "--mirrored"), "no such option: --mirrored (nearest: --mirror)"),
         (("export",), "give one file or folder to write, as OUT or with --output"),
         (("motion", "plot", "a.csv", "b.png", "-o", "c.png"), "give one file or folder to write, as OUT or with"),
+        (("view", "--camera", "CameraTop", "--html", "nao.html"), "a page shows it with Camera view"),
         (("view", "-o", "nao.jpg"), "--output nao.jpg: expected one .html, .png, .webm or .zip file"),
         (("view", "-o", "a.html", "--html", "b.html"), "--output a.html: expected one .html, .png, .webm or .zip file"),
         (("ik", "LArm", "--target", "1 2 3", "--limits", "clamp"), "--limits 'clamp': expected one of enforce, ignore"),
