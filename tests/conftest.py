@@ -58,7 +58,6 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     nk.warm_up([name for name in nk._kernels.KERNELS if not name.startswith("ik")])
     for name in {"ik kernel, bodies", "ik kernel, both legs"} & set(nk._kernels.KERNELS):  # none without Numba
         nk._kernels.KERNELS[name].background_from = math.inf  # half a minute, of no use to a test that is short
-    gc.freeze()  # what is imported and collected is in use to the end
 
 
 def _skipped(report: Any, error: BaseException | str, path: Path) -> None:
