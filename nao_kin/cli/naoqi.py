@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
+import shutil
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from json import dumps
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +22,7 @@ import typer
 
 from nao_kin._core import files as atomic
 from nao_kin._core.arrays import Floats, whole_number
-from nao_kin._core.process import uninterrupted, wait_for_signal
+from nao_kin._core.process import before_ending, uninterrupted, wait_for_signal
 from nao_kin.cli import options as shared
 from nao_kin.cli.options import OTHER_ROBOTS, OutputOptions, RobotOptions, argument, command, flag, option
 from nao_kin.cli.output import print_json, print_note
@@ -148,16 +150,16 @@ def _configuration(state: State) -> Floats:
 
 def camera_pictures(make_viewer: Callable[[], Viewer]) -> Callable[[State, str, tuple[int, int]], Any]:
     """Return the `pictures` of a virtual NAO, drawn by a headless browser, which starts with the first picture."""
-    viewer = functools.cache(make_viewer)
+    viewer, lock = functools.cache(make_viewer), threading.Lock()
 
     def pictures(state: State, camera: str, size: tuple[int, int]) -> Any:
         from PIL import Image
 
         from nao_kin.naoqi import light_colours
 
-        viewer().display(_configuration(state))
-        viewer().show_lights(light_colours(state.leds))
-        with TemporaryDirectory() as folder:
+        with lock, TemporaryDirectory() as folder, before_ending(partial(shutil.rmtree, folder, ignore_errors=True)):
+            viewer().display(_configuration(state))
+            viewer().show_lights(light_colours(state.leds))
             file = viewer().save_png(Path(folder) / "seen.png", camera=camera, size=size)
             return np.asarray(Image.open(file).convert("RGB"))
 

@@ -51,21 +51,31 @@ def mended(words: list[str], options: Mapping[str, Any]) -> list[str]:
     """
     flags = {flag: option for option in options.values() for name in option.flags for flag in name.split("/")}
     arguments = [f"--{option.label.lower()}" for option in options.values() if not option.flags]
-    left, out = deque(word.strip("“”„") for word in words), list[str]()
+    left, out = deque(word if os.path.exists(word) else word.strip("“”„") for word in words), list[str]()
     while left:
         word = _as_typed(left.popleft(), flags)
-        option = flags.get(word.partition("=")[0])
+        name, joined, value = word.partition("=")
+        option = flags.get(name)
         if word in arguments:  # as in `ik --frame LArm`: the argument alone remains
             continue
         if option is None and word.startswith("--") and not (word[2:] and left and f"--{left[0]}" in flags):
             return [*out, word, *left]  # refused as unknown, whatever follows; but in --format json, --json is meant
         if option is None:
-            out += [word] if word.startswith("-") else _after_its_option(word, options, [*out, *words], left)
+            is_option = word.startswith("-") and not _is_number(word)
+            out += [word] if is_option else _after_its_option(word, options, [*out, *words], left)
             continue
+        if joined and _takes_numbers(option):  # as in --target=0.15 0.12 0.05
+            left.appendleft(value.strip("“”„"))
+            word = name
         out.append(word)
         if option.kind is not bool and left and "=" not in word:
             out += _values(option, left)
     return out
+
+
+def _takes_numbers(option: Any) -> bool:
+    form = option.field.metadata["metavar"] or ""
+    return form in ("NUMBERS", "U,V") or form.startswith("X,Y,Z")
 
 
 def _as_typed(word: str, flags: Mapping[str, Any]) -> str:
@@ -83,7 +93,7 @@ def _values(option: Any, left: deque[str]) -> list[str]:
         parts = value.replace(",", " ").split()
         if all(re.fullmatch("[^=]+=[^=]+", part) for part in parts):
             return [word for part in parts for word in (option.label, part)][1:]
-    elif form in ("NUMBERS", "U,V") or form.startswith("X,Y,Z"):
+    elif _takes_numbers(option):
         while left and _is_number(left[0]):
             value += f" {left.popleft()}"
     elif form == "FRAME" and option.several:
@@ -100,8 +110,10 @@ def _after_its_option(word: str, options: Mapping[str, Any], given: list[str], l
     meant = next((flag for option in options.values() for flag in option.flags if flag == f"--{name}"), None)
     if "file" in options and meant is not None and not os.path.isfile(word):
         raise BadArgument(f"{quoted(name)} is no file; the option is {meant}")
-    if os.path.exists(word):
-        return ["--urdf", word] if "urdf" in options and word.lower().endswith((".urdf", ".xacro")) else [word]
+    if os.path.isfile(word) and "urdf" in options and word.lower().endswith((".urdf", ".xacro")):
+        return ["--urdf", word]
+    if "file" in options and os.path.exists(word) and not os.path.isdir(word):
+        return [word]
     free = [flag for flag in ("--nao", "--compare") if flag[2:] in options and flag not in given]
     if word.lower() in nk.robot.nao.VERSIONS and free:
         return [free[0], word.lower()]

@@ -381,6 +381,15 @@ class LegLog:
         """Times of the rows, shape (n,) [s]."""
         return self.rows.times
 
+    @property
+    def lost(self) -> Mask:
+        """In which rows the values of the legs or of the ground are missing for longer than the longest gap, (n,)."""
+        rows, times = np.arange(len(self.known)), self.moments
+        before = np.maximum.accumulate(np.where(self.known, rows, -1))
+        after = np.minimum.accumulate(np.where(self.known, rows, len(rows))[::-1])[::-1]
+        gap = np.append(times, np.inf)[after] - np.append(times, -np.inf)[before]
+        return np.asarray(~self.known & (gap > self.longest_gap))
+
     @cached_property
     def lever(self) -> Floats:
         """The pose of the support in the root link, shape (n, 4, 4)."""

@@ -207,7 +207,7 @@ def state(
     doing[decided(Walk(), *(np.append(*row) for row in rows))[:-1]] = "walking"
     unit = None
     if up is None:
-        up = log.lever[..., :3, 2]
+        up = np.where(log.lost[:, None], np.nan, log.lever[..., :3, 2])
     else:
         away = (roll_pitch(up) - roll_pitch(log.lever[..., :3, 2]))[path.valid]
         unit = by_unit(away.T @ away / max(len(away), 1))
@@ -348,7 +348,7 @@ def done(log: LegLog, up: Floats | None, quiet: Mask | None, rule: Doing) -> NDA
     if up is None:
         if ground.rule == "joints":
             log.notes.append(BY_JOINTS)
-        stands = ground.heavy & (log.lever[:, 2, 2] >= math.cos(_UPRIGHT))
+        stands = ground.heavy & ~log.lost & (log.lever[:, 2, 2] >= math.cos(_UPRIGHT))
         return np.where(stands, "standing", "unknown").astype("<U8")
     soles = up[:, None, None] @ log.T_base_soles[..., :3, 2:]  # cosine of the tilt, and height
     flat: Mask = np.asarray(((soles[..., 0, 0] >= math.cos(_FLAT)) & log.carrying).any(axis=1))

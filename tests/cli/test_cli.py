@@ -387,6 +387,8 @@ def test_versions_are_compared_number_by_number(capsys: Capture) -> None:
         ("fk -deg -–frame=LArm", "fk|--deg|--frame=LArm"),
         (f"info {nk.load_nao().urdf_path}", f"info|--urdf|{nk.load_nao().urdf_path}"),
         ("ik LArm --xyz 0.15 0.12", "ik|LArm|--xyz|0.15|0.12"),
+        ("ik LArm -0.15 0.12 0.05", "ik|LArm|--target|-0.15 0.12 0.05"),
+        ("ik LArm --target=0.15 0.12 0.05", "ik|LArm|--target|0.15 0.12 0.05"),
     ],
 )
 def test_numbers_without_quotes_and_names_without_options_are_what_they_can_only_be(slip: str, meant: str) -> None:

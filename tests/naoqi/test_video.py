@@ -89,6 +89,7 @@ def test_a_subscriber_sees_its_camera_or_the_active_one(nao: nk.NaoModel) -> Non
         ("subscribe", ("b", 2, 12, 5), r"ColorSpace 12 .*there are: 0 \(Yuv\), 9 \(YUV422\), 10 "),
         ("subscribeCamera", ("b", 2, 2, 11, 5), r"CameraIndex 2 .*0 \(top\), 1 \(bottom\)"),
         ("setParam", (18, 3), "camera 3 "),
+        ("setParameter", (0, 0, 1e300), "a number of 32 bits, got 1e"),
         ("unsubscribe", ("b_3",), "nearest: a_3"),
         ("subscribe", ("a", 2, 11, 5), "'a' has subscribed 8 times"),
     ],

@@ -116,6 +116,16 @@ def test_walks_falls_and_lifts_are_told_apart(
     assert sum(found.seconds.values()) == pytest.approx(life.times[-1])
 
 
+def test_joints_that_are_missing_for_long_are_not_made_up(nao: nk.NaoModel) -> None:
+    q = np.tile(nao.posture("StandInit"), (300, 1))
+    q[50:60], q[100:250] = np.nan, np.nan  # 0.1 s are interpolated, 1.5 s are not
+    found = nk.world.state(nao, q, times=0.01 * np.arange(300))
+    lost = np.isnan(found.up).any(axis=1)
+    assert np.flatnonzero(lost).tolist() == list(range(100, 250))
+    assert set(found.doing[lost]) == {"unknown"}
+    assert set(found.doing[~lost]) == {"standing"}
+
+
 def test_gaps_and_nan_leave_rows_out_and_nothing_else(nao: nk.NaoModel, life: Truth) -> None:
     whole = sensors(nao, life)
     log = simulated.without(whole, nao, np.random.default_rng(1))

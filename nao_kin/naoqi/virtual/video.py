@@ -137,7 +137,9 @@ class ALVideoDevice(Service):
         return self._active
 
     def setParameter(self, CameraIndex: CameraIndex, Id: Whole, NewValue: Number) -> bool:
-        """Store a camera's parameter."""
+        """Store a camera's parameter, a number of 32 bits."""
+        if not -(2**31) <= NewValue < 2**31:
+            raise BadArgument(f"NewValue must be a number of 32 bits, got {NewValue:g}")
         self.stored[CameraIndex, Id] = int(NewValue)
         return True
 

@@ -400,8 +400,11 @@ def test_a_camera_of_the_robot_sees_a_ball_where_its_lens_says(
     camera = nk.world.camera(nao, name).resized(size)
     assert np.allclose([u.mean(), v.mean()], camera.project(T[:3, :3].T @ (place - T[:3, 3])), atol=0.6)
     assert np.ptp(u) == pytest.approx(2 * 0.02 * camera.fx / np.linalg.norm(place - T[:3, 3]), abs=2.5)
-    # The next picture is of the page again.
-    assert not np.array_equal(read_png(viewer.save_png(tmp_path / "x.png", size=size).read_bytes()), pixels)
+    # The next picture is of the page again, and the inset shows the camera that it would have shown.
+    viewer.show("eye")
+    after = read_png(viewer.save_png(tmp_path / "x.png", size=size).read_bytes())
+    pictures.end()
+    assert np.array_equal(read_png(viewer.save_png(tmp_path / "y.png", size=size).read_bytes()), after)
 
 
 def test_a_picture_needs_no_page_and_leaves_nothing_behind(

@@ -70,9 +70,10 @@ export class Eyes {
   sky = new THREE.Color();
   cleared = new THREE.Color();
   eye: Eye | null = null;
-  /** Whether the camera's picture is the whole picture, as in a file, and the camera in use before. */
+  /** Whether the camera's picture is the whole picture, as in a file, and the cameras in use and chosen before. */
   fills = false;
   before: string | null = null;
+  chosen = "";
   /** The drawn frustums, each on the link of its camera. */
   frustums: THREE.Object3D[] = [];
   images: Map<string, Shown> = new Map();
@@ -112,8 +113,10 @@ export class Eyes {
 
   /** Let a camera's picture be the whole picture, until this is called with null. */
   fill(name: string | null) {
-    if (name && !this.fills) this.before = this.eye?.name ?? null;
+    const { select } = this.sight;
+    if (name && !this.fills) [this.before, this.chosen] = [this.eye?.name ?? null, select.value];
     if (name || this.fills) this.show(name ?? this.before);
+    if (!name && this.fills) select.value = this.chosen;
     this.fills = name !== null;
   }
 
