@@ -139,8 +139,8 @@ def between_samples(values: Floats, times: Floats | None = None, at: Floats | No
     """
     samples = np.arange(float(len(values))) if times is None else times
     wanted = samples if at is None else at
-    found = np.full((len(wanted), values.shape[1]), np.nan)
-    for column in range(values.shape[1]):
+    found = np.array(values) if at is None else np.full((len(wanted), values.shape[1]), np.nan)
+    for column in range(values.shape[1]) if at is not None else np.flatnonzero(np.isnan(values).any(axis=0)):
         known = ~np.isnan(values[:, column])
         if known.any():
             found[:, column] = np.interp(wanted, samples[known], values[known, column])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import shutil
 import sys
@@ -11,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from json import dumps
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -150,7 +149,7 @@ def _configuration(state: State) -> Floats:
 
 def camera_pictures(make_viewer: Callable[[], Viewer]) -> Callable[[State, str, tuple[int, int]], Any]:
     """Return the `pictures` of a virtual NAO, drawn by a headless browser, which starts with the first picture."""
-    viewer, lock = functools.cache(make_viewer), threading.Lock()
+    viewer, lock = cache(make_viewer), threading.Lock()
 
     def pictures(state: State, camera: str, size: tuple[int, int]) -> Any:
         from PIL import Image

@@ -191,9 +191,9 @@ def usage_message(error: Any) -> str:
     if not hasattr(error, "possibilities"):
         return abbreviated(error.format_message().rstrip(".")) + (f" ({see})" if see else "")
     name, given = error.option_name, error.ctx.command.get_params(error.ctx)
-    known, word = [flag for option in given for flag in option.opts if flag.startswith("--")], name.lstrip("-")
+    known, word = [flag[2:] for option in given for flag in option.opts if flag.startswith("--")], name.lstrip("-")
     near = [f"{option.opts[0]} {word}" for option in given if word in str(option.metavar).strip("<>").split("|")]
-    near = near or [f"--{flag}" for flag in nearest_names(word, [flag[2:] for flag in known], similar=0.7)]
+    near = near or [f"--{flag}" for flag in nearest_names(word, known, similar=0.7)]
     advice = f"nearest: {', '.join(near)}" if near else see
     if isinstance(error.ctx.command, Group) and word in _OF_ROBOTS | {"json", "deg"}:
         advice = "the options of a command stand after it"

@@ -384,11 +384,9 @@ class LegLog:
     @property
     def lost(self) -> Mask:
         """In which rows the values of the legs or of the ground are missing for longer than the longest gap, (n,)."""
-        rows, times = np.arange(len(self.known)), self.moments
-        before = np.maximum.accumulate(np.where(self.known, rows, -1))
-        after = np.minimum.accumulate(np.where(self.known, rows, len(rows))[::-1])[::-1]
-        gap = np.append(times, np.inf)[after] - np.append(times, -np.inf)[before]
-        return np.asarray(~self.known & (gap > self.longest_gap))
+        at = np.flatnonzero(self.known)
+        wide = np.diff(self.moments[at], prepend=-np.inf, append=np.inf) > self.longest_gap
+        return np.asarray(~self.known & wide[np.searchsorted(at, np.arange(len(self.known)))])
 
     @cached_property
     def lever(self) -> Floats:

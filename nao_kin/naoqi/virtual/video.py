@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -26,19 +28,7 @@ _SELECT = 18
 _HANDLES = 8  # of one name
 
 
-def _camera(value: object, what: str) -> int:
-    return _numbered(value, what, {0: "top", 1: "bottom"})
-
-
-def _resolution(value: object, what: str) -> int:
-    return _numbered(value, what, {number: f"{w} x {h}" for number, (w, h) in _SIZES.items()})
-
-
-def _space(value: object, what: str) -> int:
-    return _numbered(value, what, _SPACES)
-
-
-def _numbered(value: object, what: str, names: dict[int, str]) -> int:
+def _numbered(value: object, what: str, *, names: Mapping[int, str]) -> int:
     number = whole(value, what)
     if number not in names:
         there = ", ".join(f"{at} ({name})" for at, name in names.items())
@@ -46,9 +36,10 @@ def _numbered(value: object, what: str, names: dict[int, str]) -> int:
     return number
 
 
+_camera = partial(_numbered, names={0: "top", 1: "bottom"})
 CameraIndex = Annotated[int, _camera]
-Resolution = Annotated[int, _resolution]
-ColorSpace = Annotated[int, _space]
+Resolution = Annotated[int, partial(_numbered, names={n: f"{w} x {h}" for n, (w, h) in _SIZES.items()})]
+ColorSpace = Annotated[int, partial(_numbered, names=_SPACES)]
 
 
 @dataclass
@@ -87,11 +78,12 @@ class ALVideoDevice(Service):
         return self._add(Name, _Subscriber(None, Resolution, ColorSpace, Fps))
 
     def _add(self, name: str, subscriber: _Subscriber) -> str:
-        free = [f"{name}_{n}" for n in range(_HANDLES) if f"{name}_{n}" not in self._subscribers]
-        if not free:
+        handles = (f"{name}_{number}" for number in range(_HANDLES))
+        handle = next((one for one in handles if one not in self._subscribers), None)
+        if handle is None:
             raise BadArgument(f"{quoted(name)} has subscribed {_HANDLES} times; unsubscribe the handles first")
-        self._subscribers[free[0]] = subscriber
-        return free[0]
+        self._subscribers[handle] = subscriber
+        return handle
 
     def unsubscribe(self, Handle: Text) -> None:
         """End a subscription."""
@@ -99,9 +91,8 @@ class ALVideoDevice(Service):
 
     def unsubscribeAllInstances(self, Name: Text) -> None:
         """End all subscriptions of a name."""
-        ended = [handle for handle in self._subscribers if handle.rpartition("_")[0] == Name]
-        for handle in ended:
-            del self._subscribers[handle]
+        kept = {handle: one for handle, one in self._subscribers.items() if handle.rpartition("_")[0] != Name}
+        self._subscribers = kept
 
     def _of(self, handle: str) -> _Subscriber:
         return self._subscribers[choice(handle, self._subscribers, "handle")]

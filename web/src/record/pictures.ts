@@ -70,7 +70,7 @@ export class Pictures {
     this.fit();
     page.viewer.render();
     paintCanvas(ink, page.viewer.renderer.domElement, width, height);
-    if (page.eyes.fills) return ink.canvas;
+    if (page.eyes.filling) return ink.canvas;
     const scale = Math.min(width, height) / LABELS_ACROSS;
     ink.save();
     ink.scale(scale, scale);
@@ -109,7 +109,7 @@ export async function saveScreenshot(page: App): Promise<void> {
 /** Put the camera at one of the presets or at a pose, or look through a camera of the robot. */
 export function lookFrom(page: App, camera: string | number[]) {
   if (typeof camera !== "string") page.camera(camera);
-  else if (page.eyes.eyes.some(({ name }) => name === camera)) page.eyes.fill(camera);
+  else if (page.eyes.find(camera)) page.eyes.fill(camera);
   else page.studio.look(page.preset(camera), page.others);
 }
 

@@ -70,10 +70,8 @@ export class Eyes {
   sky = new THREE.Color();
   cleared = new THREE.Color();
   eye: Eye | null = null;
-  /** Whether the camera's picture is the whole picture, as in a file, and the cameras in use and chosen before. */
-  fills = false;
-  before: string | null = null;
-  chosen = "";
+  /** The camera whose picture is the whole picture, as in a file. */
+  filling: Eye | null = null;
   /** The drawn frustums, each on the link of its camera. */
   frustums: THREE.Object3D[] = [];
   images: Map<string, Shown> = new Map();
@@ -95,29 +93,35 @@ export class Eyes {
     return this.robot.about.eyes;
   }
 
+  find(name: string | null) {
+    return this.eyes.find((eye) => eye.name === name) ?? null;
+  }
+
   /** Look through a camera of the robot; null for none. */
   show(name: string | null) {
-    this.eye = this.eyes.find((eye) => eye.name === name) ?? null;
+    this.eye = this.find(name);
     this.sight.box.hidden = !this.eye;
-    this.camera.removeFromParent();
+    this.aim(this.eye);
     this.drawFrustums();
     if (!this.eye) return;
-    const { size } = this.studio;
-    setField(this.camera, this.eye, NEAR * Math.min(size, 1), FAR * size);
     this.sight.picture.style.setProperty("--aspect", String(this.camera.aspect));
     this.sight.select.value = this.eye.name;
     this.sight.field.textContent = this.field;
-    this.robot.nodes[this.eye.link].add(this.camera);
-    this.camera.updateWorldMatrix(true, true);
   }
 
   /** Let a camera's picture be the whole picture, until this is called with null. */
   fill(name: string | null) {
-    const { select } = this.sight;
-    if (name && !this.fills) [this.before, this.chosen] = [this.eye?.name ?? null, select.value];
-    if (name || this.fills) this.show(name ?? this.before);
-    if (!name && this.fills) select.value = this.chosen;
-    this.fills = name !== null;
+    this.filling = this.find(name);
+    this.aim(this.filling ?? this.eye);
+  }
+
+  /** Put the camera of the scene where a camera of the robot is. */
+  aim(eye: Eye | null) {
+    this.camera.removeFromParent();
+    if (!eye) return;
+    setField(this.camera, eye, NEAR * Math.min(this.studio.size, 1), FAR * this.studio.size);
+    this.robot.nodes[eye.link].add(this.camera);
+    this.camera.updateWorldMatrix(true, true);
   }
 
   /** Draw the frustums of the camera in use and of all cameras with an image, which is drawn at the frustum's far end. */
@@ -226,13 +230,14 @@ export class Eyes {
 
   /** Draw the camera's picture over the picture of the scene. */
   draw(draw: (camera: THREE.Camera) => void) {
-    if (!this.eye) return;
+    const eye = this.filling ?? this.eye;
+    if (!eye) return;
     const { renderer } = this.studio.viewer;
     // The renderer's size, not the pane's: a picture for a file may be larger than the page.
     const size = renderer.getSize(new THREE.Vector2());
-    const [x, y, width, height] = this.fills ? [0, 0, size.x, size.y] : this.corner(size);
+    const [x, y, width, height] = this.filling ? [0, 0, size.x, size.y] : this.corner(size);
     if (!(width > 0 && width < Infinity)) return;
-    if (this.fills) {
+    if (this.filling) {
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
     }
@@ -243,7 +248,7 @@ export class Eyes {
     renderer.setViewport(x, y, width, height);
     renderer.setScissor(x, y, width, height);
     renderer.setScissorTest(true);
-    const texture = this.images.get(this.eye.name)?.texture;
+    const texture = this.images.get(eye.name)?.texture;
     if (texture) this.drawImage(texture, width / height);
     else {
       const marks = this.hideMarks();

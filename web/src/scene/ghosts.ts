@@ -17,8 +17,7 @@ export const GHOST_COLOURS = ["#e8590c", "#2f9e44", "#c2255c", "#7c4ddb", "#0c85
 const OWN = "#5c6678";
 
 // The distance of a robot beside itself, as a share of its size, and its colour.
-const BESIDE = 0.8;
-const PALE = "#a9c4ee";
+const [BESIDE, PALE] = [0.8, "#a9c4ee"];
 
 // Poses whose entries [1, m] differ by no more than this count as equal.
 const SAME = 1e-6;

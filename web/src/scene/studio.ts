@@ -225,7 +225,7 @@ export class Studio {
     this.setRatio(level.ratio * this.ratio);
     this.floor.plane.material = fine ? this.floor.fine : this.floor.fast;
     const { shapes } = this;
-    if (this.eyes?.fills) viewer.renderer.clear();
+    if (this.eyes?.filling) viewer.renderer.clear();
     else if (fine) this.smoothing.draw(scene, camera);
     else this.fastLook.draw(shapes, camera);
     this.eyes?.draw((eye) => (fine ? viewer.renderer.render(scene, eye) : this.fastLook.draw(shapes, eye)));
